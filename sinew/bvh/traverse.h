@@ -1,0 +1,59 @@
+// Ray queries over a two-level hierarchy: a top tree over instances, a Bvh8 in each.
+// Based on: S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2013;
+// T. Ize, "Robust BVH Ray Traversal", JCGT 2013.
+// Closest hit is the least (t, object, primitive): the same whatever the tree and the order.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "sinew/bvh/wide.h"
+#include "sinew/math/affine.h"
+#include "sinew/math/ray.h"
+
+namespace sinew {
+
+// One object in the world: views only.
+struct Instance {
+  const Node8* nodes = nullptr;
+  const TrianglePacket* packets = nullptr;
+  Affine to_object = identity_affine();  // world -> object; rays go through it unless `in_place`
+  uint32_t object = 0;                   // Hit::object
+  uint32_t mask = 0xffffffffu;           // rays see it if (mask & query mask) != 0
+  bool in_place = true;                  // the object's space is the world's
+  bool filtered = false;                 // ask the query's filter about its hits
+};
+
+// The top tree's leaves are child words kLeafBit | index of an instance. Without nodes there must
+// be at most one instance.
+struct SceneView {
+  const Node8* top = nullptr;
+  const Instance* instances = nullptr;
+  uint32_t instance_count = 0;
+};
+
+// Asked about each candidate hit of instances that are `filtered`; false rejects it (a hole in an
+// alpha-masked leaf). Called in no particular order; must be safe to call from several threads.
+struct HitFilter {
+  bool (*accept)(const void* context, uint32_t ray, const Hit& hit) = nullptr;
+  const void* context = nullptr;
+};
+
+struct QueryOptions {
+  uint32_t mask = 0xffffffffu;
+  HitFilter filter;
+  uint32_t first_ray = 0;   // what the filter is told for rays[0]
+};
+
+// hits[i] = the closest hit of rays[i], or a Hit that is false. Sizes must agree.
+void closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
+                  const QueryOptions& options = {});
+
+// hit[i] = 1 if rays[i] meets anything, else 0. Sizes must agree.
+void any_hits(const SceneView& scene, std::span<const Ray> rays, std::span<uint8_t> hit,
+              const QueryOptions& options = {});
+
+// Which instruction set the kernels run on here: "AVX3", "AVX2", "SSE4" ...
+const char* kernel_target();
+
+}  // namespace sinew

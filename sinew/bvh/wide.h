@@ -1,0 +1,106 @@
+// Bvh8: the traced layout. Eight children a node, four triangles a packet, cut into treelets.
+//
+//   Layout (constant)                     Bvh8 (one a pose)
+//   ------------------------------       --------------------------------
+//   children of every node                nodes:   8 boxes + 8 child words
+//   vertex indices of every packet        packets: 4 triangles as vertices
+//   treelets: which nodes and packets
+//
+//                 [0 root]                        nodes [0, upper_nodes) are the upper tree
+//                /   |    \                       (parents before children);
+//            [1]    [2]   (treelet 0)             then each treelet's nodes and packets stand
+//            / \      \                           together, its root first:
+//   (treelet 1) ...  (treelet 2)
+//                                                 nodes   | upper | t0 ...... | t1 .. | t2 ....
+//                                                 packets         | t0 .. | t1 .... | t2 .
+//
+// A treelet is the unit that updates make: everything inside depends only on the positions of its
+// own vertices. A child word says what hangs below a box:
+//
+//   31 30 29 ............................ 0
+//    0  0  index of an inner node
+//    0  1  index of a treelet (only in layouts; a made treelet is linked by its root node's index)
+//    1  first packet << 3 | packets - 1     a leaf: 1 to 8 packets
+//   0xffffffff                              no child; its box is empty, so no ray enters
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "sinew/base/error.h"
+#include "sinew/bvh/bounds.h"
+#include "sinew/bvh/tree.h"
+#include "sinew/math/vec.h"
+
+namespace sinew {
+
+inline constexpr uint32_t kWidth = 8;           // children of a node
+inline constexpr uint32_t kPacket = 4;          // triangles in a packet
+inline constexpr uint32_t kNoChild = 0xffffffffu;
+inline constexpr uint32_t kLeafBit = 0x80000000u;
+inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
+
+// Boxes as structure of arrays, so one SIMD test takes all eight.
+struct alignas(64) Node8 {
+  float low[3][kWidth];    // x, y, z
+  float high[3][kWidth];
+  uint32_t child[kWidth];  // child words
+  uint32_t unused[kWidth];
+};
+static_assert(sizeof(Node8) == 256);
+
+// Triangles as vertices, not edges, so neighbours share exact corners (watertight). Unused lanes
+// repeat lane 0's triangle with primitive kNoPrimitive.
+struct alignas(32) TrianglePacket {
+  float v[3][3][kPacket];        // [corner][axis][lane]
+  uint32_t primitive[kPacket];
+};
+static_assert(sizeof(TrianglePacket) == 160);
+
+struct Treelet {
+  uint32_t first_node = 0;
+  uint32_t node_count = 0;
+  uint32_t first_packet = 0;
+  uint32_t packet_count = 0;
+};
+static_assert(sizeof(Treelet) == 16);
+
+// Vertex indices of a packet's triangles: [lane] = (v0, v1, v2).
+struct PacketVertices {
+  uint32_t v[kPacket][3];
+};
+static_assert(sizeof(PacketVertices) == 48);
+
+// What stays the same while the body moves.
+struct Bvh8Layout {
+  uint32_t upper_nodes = 0;                   // 0: the whole body is treelet 0 (or nothing)
+  std::vector<std::array<uint32_t, kWidth>> children;  // of every node; treelets by treelet word
+  std::vector<PacketVertices> packet_vertices;
+  std::vector<std::array<uint32_t, kPacket>> packet_primitives;
+  std::vector<Treelet> treelets;
+  uint32_t vertex_count = 0;
+  uint32_t triangle_count = 0;
+};
+
+// What one pose looks like. Linear buffers, indices only.
+struct Bvh8 {
+  std::vector<Node8> nodes;
+  std::vector<TrianglePacket> packets;
+  Box box;                                    // of everything; empty if there is nothing
+};
+
+// Collapses the tree, whose boxes are `bounds`, into eight-wide nodes and cuts it into treelets of
+// at most `treelet_triangles`.
+Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
+                               std::span<const uvec3> triangles, uint32_t vertex_count,
+                               uint32_t treelet_triangles = 64);
+
+// Structure, child words, containment of every box, and equality of packed vertices with
+// `positions`. Empty text if all hold, else what is wrong and where.
+std::string validate(const Bvh8Layout& layout, const Bvh8& bvh, std::span<const vec3> positions,
+                     std::span<const uvec3> triangles);
+
+}  // namespace sinew

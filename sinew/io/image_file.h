@@ -1,0 +1,34 @@
+// PNG files, and the comparison of images.
+#pragma once
+
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sinew/base/error.h"
+#include "sinew/scene/image.h"
+
+namespace sinew {
+
+using ImageMetadata = std::vector<std::pair<std::string, std::string>>;  // keyword, text
+
+// Writes to a temporary file beside `path`, then renames: a reader never sees half a file. "-" is
+// standard output.
+Result<void> write_png(const std::string& path, const Image8& image,
+                       const ImageMetadata& metadata = {});
+Result<Image8> read_png(const std::string& path);
+
+// PNG or JPEG in memory (textures). `name` stands in error messages.
+Result<Image8> decode_image(std::span<const uint8_t> bytes, const std::string& name);
+
+struct ImageDifference {
+  double psnr = 0.0;          // dB over RGB; infinite for equal images
+  double mean = 0.0;          // mean absolute difference of RGB, 0..1
+  double largest = 0.0;       // largest absolute difference of any channel, 0..1
+  uint64_t pixels_over = 0;   // pixels in which some channel differs by more than `tolerance`
+};
+// Images must have the same size (else an Error that says both sizes).
+Result<ImageDifference> compare_images(const Image8& a, const Image8& b, int tolerance = 2);
+
+}  // namespace sinew

@@ -1,0 +1,28 @@
+// Reads scenes from files: glTF 2.0 and GLB, OBJ, OBJ sequences, PC2 vertex caches over an OBJ, and
+// the project's own study scenes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "sinew/base/error.h"
+#include "sinew/scene/scene.h"
+
+namespace sinew {
+
+struct LoadOptions {
+  bool strict = false;                     // unsupported features are errors, not warnings
+  uint64_t memory_limit = uint64_t{8} << 30;  // bytes that loading may take; more is an error
+};
+
+// `input` is one of
+//   model.gltf, model.glb
+//   model.obj                    one static mesh
+//   walk_####.obj, walk_%04d.obj a sequence: one OBJ a frame (a vertex cache if topology agrees)
+//   base.obj+positions.pc2       a vertex cache over a base mesh
+//   study:NAME[,key=value...]    see scene/study.h
+// Files that a file refers to must lie in its own folder or below it. The scene that comes back is
+// valid (validate() finds nothing); whatever was unsupported is named in Scene::warnings.
+Result<Scene> load(const std::string& input, const LoadOptions& options = {});
+
+}  // namespace sinew

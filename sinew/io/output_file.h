@@ -1,0 +1,21 @@
+// Atomic file output: bytes go to a temporary file beside the target, which is renamed into place
+// on commit and removed otherwise.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "sinew/base/error.h"
+
+namespace sinew {
+
+// Writes all bytes or nothing. "-" is standard output.
+Result<void> write_file(const std::string& path, std::span<const uint8_t> bytes);
+Result<void> write_file(const std::string& path, std::string_view text);
+
+// The whole file in memory; an error if it is missing, no regular file, or larger than `limit`.
+Result<std::string> read_file(const std::string& path, uint64_t limit);
+
+}  // namespace sinew

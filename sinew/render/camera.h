@@ -1,0 +1,33 @@
+// The camera of one frame, and rays through its pixels.
+#pragma once
+
+#include <optional>
+
+#include "sinew/math/affine.h"
+#include "sinew/math/box.h"
+#include "sinew/math/ray.h"
+#include "sinew/scene/sample.h"
+#include "sinew/scene/scene.h"
+
+namespace sinew {
+
+struct CameraView {
+  Affine to_world = identity_affine();  // looks along -Z, +Y up; columns of unit length
+  bool orthographic = false;
+  float yfov = 0.8f;                    // radians
+  float ymag = 1.0f;                    // orthographic: half height
+  float znear = 0.0f;
+};
+
+// x and y in pixels from the upper left corner of a width x height image; pixel centres at .5.
+Ray camera_ray(const CameraView& camera, float x, float y, uint32_t width, uint32_t height);
+
+// The scene's camera `index` as the pose places it.
+CameraView scene_camera(const Scene& scene, const ScenePose& pose, uint32_t index);
+
+CameraView look_at(vec3 eye, vec3 target, vec3 up, float yfov);
+
+// Sees the whole box from the given direction (from the box towards the eye), with a small margin.
+CameraView frame_box(const Box& box, vec3 direction, float yfov, float aspect);
+
+}  // namespace sinew

@@ -1,0 +1,61 @@
+// render_frame: one picture of a world. The whole pipeline reads on one page, in frame.cpp.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+
+#include "sinew/render/camera.h"
+#include "sinew/scene/image.h"
+#include "sinew/world/world.h"
+
+namespace sinew {
+
+struct RenderSettings {
+  uint32_t width = 800;
+  uint32_t height = 600;
+  uint32_t samples = 1;          // camera rays a pixel, 1..4096
+  uint32_t reflections = 1;      // mirror bounces, 0..16
+  uint32_t ambient_rays = 0;     // ambient occlusion rays a hit; 0: none, the environment shines
+                                 // unoccluded
+  float ambient_distance = 0.0f; // how far occlusion reaches, metres; 0: a quarter of the scene's
+                                 // diagonal
+  bool shadows = true;
+  float exposure = 0.0f;         // stops
+  bool transparent = false;      // the background has alpha 0 instead of the environment's colour
+  uint32_t seed = 0;
+};
+
+struct RayCounts {
+  uint64_t primary = 0;
+  uint64_t shadow = 0;
+  uint64_t ambient = 0;
+  uint64_t reflection = 0;
+
+  uint64_t total() const { return primary + shadow + ambient + reflection; }
+};
+
+struct FrameStats {
+  double trace_ms = 0.0;   // in ray queries
+  double shade_ms = 0.0;   // everything else
+  RayCounts rays;
+};
+
+// Buffers that live from frame to frame; a frame after the first of a size allocates nothing.
+struct RenderScratch;
+struct RenderScratchDeleter {
+  void operator()(RenderScratch* scratch) const;
+};
+using RenderScratchPtr = std::unique_ptr<RenderScratch, RenderScratchDeleter>;
+RenderScratchPtr make_render_scratch();
+
+// Draws the world as `pose` has it (the world must have been committed with that pose) to `out`:
+// linear radiance. Same bits for every thread count. Settings must be in range (checked).
+FrameStats render_frame(const World& world, const Scene& scene, const ScenePose& pose,
+                        const CameraView& camera, const RenderSettings& settings,
+                        RenderScratch& scratch, Image& out);
+
+// Display transform: exposure, a filmic shoulder that keeps hue, sRGB.
+void tonemap(const Image& image, float exposure, Image8& out);
+
+}  // namespace sinew

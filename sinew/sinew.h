@@ -1,0 +1,9 @@
+// The front door: include this one header.
+#pragma once
+
+#include "sinew/bvh/bvh.h"
+#include "sinew/io/load.h"
+#include "sinew/render/frame.h"
+#include "sinew/scene/sample.h"
+#include "sinew/scene/study.h"
+#include "sinew/world/world.h"

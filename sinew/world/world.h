@@ -1,0 +1,102 @@
+// World: objects that move, a top tree over them, and ray queries. Built once; every frame
+// set_time (or set_pose and commit) says where things are.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+
+#include "sinew/base/error.h"
+#include "sinew/bvh/build.h"
+#include "sinew/bvh/traverse.h"
+#include "sinew/math/box.h"
+#include "sinew/math/ray.h"
+#include "sinew/motion/motion.h"
+#include "sinew/scene/sample.h"
+#include "sinew/scene/scene.h"
+
+namespace sinew {
+
+using BodyId = uint32_t;    // a shape with its motion and its tree
+using ObjectId = uint32_t;  // one appearance of a body; what Hit::object says
+
+struct BodyDesc {
+  std::span<const uvec3> triangles;
+  Motion motion;             // views must outlive the world
+  Pose build_pose;           // the pose for which the tree is built
+  BuildConfig build;
+};
+
+struct ObjectDesc {
+  uint32_t mask = 0xffffffffu;
+  bool visible = true;
+  bool filtered = false;     // its hits go through the query's filter
+};
+
+struct UpdateStats {
+  double update_ms = 0.0;          // of the last commit
+  uint64_t triangles_updated = 0;
+  uint32_t objects_present = 0;
+};
+
+class World {
+ public:
+  World();
+  World(World&&) noexcept;
+  World& operator=(World&&) noexcept;
+  ~World();
+
+  // Objects of one rigid body share its tree and boxes; objects of a deforming body share the tree.
+  Result<BodyId> add_body(const BodyDesc& body);
+  Result<ObjectId> add_object(BodyId body, const ObjectDesc& desc = {});
+  void remove_object(ObjectId object);          // the id is not given again
+  void set_visible(ObjectId object, bool visible);
+  void set_mask(ObjectId object, uint32_t mask);
+
+  // The pose counts from the next commit; its spans must live until then. An error if it does not
+  // fit the body's motion.
+  Result<void> set_pose(ObjectId object, const Pose& pose);
+
+  // Updates every object whose pose changed, then the top tree. Must not overlap queries.
+  void commit();
+
+  // For worlds made by prepare(): samples the clip and commits. The world keeps the pose.
+  Result<void> set_time(double seconds);
+  const ScenePose& pose() const;
+
+  std::optional<Hit> closest_hit(const Ray& ray) const;
+  bool any_hit(const Ray& ray) const;
+  void closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
+                    const QueryOptions& options = {}) const;
+  void any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
+                const QueryOptions& options = {}) const;
+
+  Box box() const;                               // of all present objects, world space
+  std::span<const vec3> positions(ObjectId object) const;  // of its vertices, in object space
+  Affine placement(ObjectId object) const;       // object -> world
+  bool mirrored(ObjectId object) const;          // its placement turns triangles inside out
+  UpdateStats stats() const;
+  std::string validate() const;                  // empty text if every invariant holds
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+  friend Result<World> prepare(const Scene&, const struct PrepareOptions&);
+};
+
+struct PrepareOptions {
+  std::string clip;          // name or index; empty: the first clip if there is one; "rest": none
+  BuildConfig build;
+};
+
+// Builds a world with one object a Scene::objects, in that order, at the clip's first time. The
+// scene must outlive it.
+Result<World> prepare(const Scene& scene, const PrepareOptions& options = {});
+
+// Index of the clip that `name` (a name, or an index) means, or kRestPose. A usage error that lists
+// the clips if there is none such.
+Result<int> find_clip(const Scene& scene, const std::string& name);
+
+}  // namespace sinew
