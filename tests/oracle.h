@@ -105,7 +105,8 @@ inline Verdict brute_force(const Ray& ray, std::span<const vec3> positions,
   }
   int near = 0;
   for (const auto& [t, error] : others) near += t - error <= best.t + best.t_error;
-  best.certain = near <= 1 && first_doubtful > best.t + best.t_error;
+  const bool doubt = std::isfinite(first_doubtful) && first_doubtful <= best.t + best.t_error;
+  best.certain = near <= 1 && !doubt;
   return best;
 }
 
