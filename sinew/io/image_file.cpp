@@ -166,15 +166,15 @@ bool is_opaque(const Image8& image) {
   return true;
 }
 
-// Opaque images are stored without alpha. Paeth at level 3 is within a few per cent of the size
-// that level 9 reaches on rendered images, in a fraction of its time.
+// Opaque images are stored without alpha. Level 3 with the cheap filters makes rendered images 10
+// to 15% larger than level 9 with all filters does, in a tenth of its time.
 bool encode(PngWriter& writer, const Image8& image, std::span<png_text> texts, bool opaque) {
   if (!writer.info) return false;
   if (setjmp(png_jmpbuf(writer.png))) return false;
   png_set_write_fn(writer.png, &writer.stream, on_write, on_flush);
   png_set_user_limits(writer.png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
   png_set_compression_level(writer.png, 3);
-  png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FILTER_PAETH);
+  png_set_filter(writer.png, PNG_FILTER_TYPE_BASE, PNG_FAST_FILTERS);
   png_set_IHDR(writer.png, writer.info, image.width, image.height, 8,
                opaque ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGB_ALPHA, PNG_INTERLACE_NONE,
                PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);

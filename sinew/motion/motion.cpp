@@ -14,20 +14,12 @@
 namespace sinew {
 namespace {
 
-uint32_t count_of(const RigidMotion& motion) {
-  return static_cast<uint32_t>(motion.rest.size());
-}
-uint32_t count_of(const SkinMotion& motion) {
-  return static_cast<uint32_t>(motion.rest.size());
-}
-uint32_t count_of(const MorphMotion& motion) {
-  return static_cast<uint32_t>(motion.rest.size());
-}
-uint32_t count_of(const KeyframeMotion& motion) {
-  return motion.vertex_count;
-}
-uint32_t count_of(const FreeMotion& motion) {
-  return motion.vertex_count;
+template <class M>
+uint32_t count_of(const M& motion) {
+  if constexpr (requires { motion.rest; })
+    return static_cast<uint32_t>(motion.rest.size());
+  else
+    return motion.vertex_count;
 }
 
 template <class M>
