@@ -30,7 +30,7 @@ class Bvh {
  private:
   friend Result<Bvh> build(std::span<const vec3>, std::span<const uvec3>, const BuildConfig&);
   Bvh() = default;
-  SceneView view(Instance& instance) const;
+  Instance instance() const;
   Bvh8Layout layout_;
   Bvh8 bvh_;
 };

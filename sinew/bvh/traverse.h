@@ -17,6 +17,7 @@ namespace sinew {
 struct Instance {
   const Node8* nodes = nullptr;
   const TrianglePacket* packets = nullptr;
+  uint32_t root = kNoChild;              // child word
   Affine to_object = identity_affine();  // world -> object; rays go through it unless `in_place`
   uint32_t object = 0;                   // Hit::object
   uint32_t mask = 0xffffffffu;           // rays see it if (mask & query mask) != 0

@@ -41,6 +41,10 @@ inline constexpr uint32_t kWidth = 8;           // children of a node
 inline constexpr uint32_t kPacket = 4;          // triangles in a packet
 inline constexpr uint32_t kNoChild = 0xffffffffu;
 inline constexpr uint32_t kLeafBit = 0x80000000u;
+inline constexpr uint32_t kTreeletBit = 0x40000000u;
+inline constexpr uint32_t kMaxLeafPackets = 8;
+inline constexpr uint32_t kMaxPackets = 1u << 28;    // what a leaf word can address
+inline constexpr uint32_t kMaxDepth = 80;            // nodes from a root to a leaf; sizes the stacks
 inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
 // Boxes as structure of arrays, so one SIMD test takes all eight.
@@ -52,6 +56,8 @@ struct alignas(64) Node8 {
 };
 static_assert(sizeof(Node8) == 256);
 
+Node8 empty_node();
+
 // Triangles as vertices, not edges, so neighbours share exact corners (watertight). Unused lanes
 // repeat lane 0's triangle with primitive kNoPrimitive.
 struct alignas(32) TrianglePacket {
@@ -62,11 +68,28 @@ static_assert(sizeof(TrianglePacket) == 160);
 
 struct Treelet {
   uint32_t first_node = 0;
-  uint32_t node_count = 0;
+  uint32_t node_count = 0;       // 0: the treelet is a single leaf
   uint32_t first_packet = 0;
   uint32_t packet_count = 0;
+  uint32_t parent_node = 0;      // whose box and child word number `parent_lane` are this treelet's;
+  uint32_t parent_lane = 0;      // without meaning if the layout has no upper nodes
 };
-static_assert(sizeof(Treelet) == 16);
+static_assert(sizeof(Treelet) == 24);
+
+inline constexpr uint32_t inner_word(uint32_t node) { return node; }
+inline constexpr uint32_t leaf_word(uint32_t first_packet, uint32_t packets) {
+  return kLeafBit | first_packet << 3 | (packets - 1);
+}
+inline constexpr uint32_t treelet_word(uint32_t treelet) { return kTreeletBit | treelet; }
+inline constexpr bool is_leaf_word(uint32_t word) { return (word & kLeafBit) != 0; }
+inline constexpr bool is_treelet_word(uint32_t word) { return (word >> 30) == 1; }
+inline constexpr uint32_t leaf_first(uint32_t word) { return (word & ~kLeafBit) >> 3; }
+inline constexpr uint32_t leaf_packets(uint32_t word) { return (word & 7u) + 1; }
+
+// How the treelet is linked once it is made.
+inline uint32_t made_word(const Treelet& t) {
+  return t.node_count > 0 ? inner_word(t.first_node) : leaf_word(t.first_packet, t.packet_count);
+}
 
 // Vertex indices of a packet's triangles: [lane] = (v0, v1, v2).
 struct PacketVertices {
@@ -81,6 +104,7 @@ struct Bvh8Layout {
   std::vector<PacketVertices> packet_vertices;
   std::vector<std::array<uint32_t, kPacket>> packet_primitives;
   std::vector<Treelet> treelets;
+  uint32_t depth = 0;                         // nodes on the longest path
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
 };
@@ -89,6 +113,7 @@ struct Bvh8Layout {
 struct Bvh8 {
   std::vector<Node8> nodes;
   std::vector<TrianglePacket> packets;
+  uint32_t root = kNoChild;                   // child word of the whole
   Box box;                                    // of everything; empty if there is nothing
 };
 

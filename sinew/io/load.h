@@ -11,7 +11,7 @@
 namespace sinew {
 
 struct LoadOptions {
-  bool strict = false;                     // unsupported features are errors, not warnings
+  bool strict = false;                        // unsupported features are errors, not warnings
   uint64_t memory_limit = uint64_t{8} << 30;  // bytes that loading may take; more is an error
 };
 

@@ -11,7 +11,7 @@ namespace sinew {
 
 struct MovieOptions {
   double fps = 24.0;
-  float quality = 85.0f;      // 0..100
+  float quality = 85.0f;  // 0..100
   bool lossless = false;
   bool loop = true;
 };

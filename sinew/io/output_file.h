@@ -11,9 +11,13 @@
 
 namespace sinew {
 
-// Writes all bytes or nothing. "-" is standard output.
+// Writes all bytes or nothing. "-" is standard output. A link is followed; a device or pipe is
+// written to directly.
 Result<void> write_file(const std::string& path, std::span<const uint8_t> bytes);
 Result<void> write_file(const std::string& path, std::string_view text);
+
+// Whether write_file(path) can work: to be asked before long work whose result goes there.
+Result<void> check_writable(const std::string& path);
 
 // The whole file in memory; an error if it is missing, no regular file, or larger than `limit`.
 Result<std::string> read_file(const std::string& path, uint64_t limit);

@@ -8,8 +8,8 @@
 
 namespace sinew {
 
-// The points origin + t * direction for t in [t_min, t_max]. The direction need not have unit
-// length; t is measured in units of it.
+// The points origin + t * direction for t in [t_min, t_max], t_min >= 0. The direction need not
+// have unit length; t is measured in units of it.
 struct Ray {
   vec3 origin{0.0f};
   float t_min = 0.0f;

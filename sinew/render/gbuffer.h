@@ -1,20 +1,20 @@
 // The G-buffer: what shading needs to know about the surface that each ray met.
+// Two sides of a surface shade alike: normals are turned towards the ray.
 #pragma once
 
 #include <cstdint>
-#include <span>
-#include <vector>
 
 #include "sinew/math/ray.h"
-#include "sinew/scene/sample.h"
+#include "sinew/render/attributes.h"
 #include "sinew/scene/scene.h"
-#include "sinew/world/world.h"
 
 namespace sinew {
 
 // One entry a ray. Colours are linear.
 struct Surface {
   vec3 position{0.0f};            // world
+  vec3 lifted{0.0f};              // position raised to the smooth surface that the vertex normals
+                                  // suggest: where shadow and ambient rays start
   vec3 normal{0.0f};              // world, unit, shading normal (normal map applied), towards the ray
   vec3 geometric_normal{0.0f};    // world, unit, of the triangle, towards the ray
   vec3 albedo{0.0f};              // diffuse reflectance
@@ -27,5 +27,12 @@ struct Surface {
   bool unlit = false;
   Hit hit;                        // false: the ray left the scene
 };
+
+// Base colour factor times vertex colour times texture at the hit: linear RGB, alpha.
+vec4 base_color(const Scene& scene, const Mesh& mesh, const Hit& hit);
+
+// The surface that `ray` met at `hit` (which must be true) on the object with these attributes.
+void resolve_surface(const Scene& scene, const ObjectAttributes& object, const Ray& ray,
+                     const Hit& hit, Surface& out);
 
 }  // namespace sinew

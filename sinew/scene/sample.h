@@ -13,6 +13,16 @@ namespace sinew {
 
 inline constexpr int kRestPose = -1;  // a clip index: no animation, nodes as the file places them
 
+// A node relative to its parent, after animation. A node with a matrix keeps it unless a channel
+// moves it.
+struct LocalTransform {
+  vec3 translation{0.0f};
+  quat rotation = glm::identity<quat>();
+  vec3 scale{1.0f};
+  bool has_matrix = false;
+  bool visible = true;
+};
+
 // The scene at one time. Owns what its Pose spans point to; reuse one object for all frames and
 // nothing is allocated after the first.
 struct ScenePose {
@@ -21,15 +31,17 @@ struct ScenePose {
   ScenePose& operator=(ScenePose&&) = default;
 
   double time = 0.0;
-  std::vector<Affine> nodes;       // node -> world
-  std::vector<uint8_t> visible;    // one a node
-  std::vector<Pose> objects;       // one a Scene::objects
-  uint32_t absent = 0;             // objects left out: placement singular or not finite
+  std::vector<Affine> nodes;     // node -> world
+  std::vector<uint8_t> visible;  // one a node
+  std::vector<Pose> objects;     // one a Scene::objects
+  uint32_t absent = 0;           // objects left out: placement singular, or a placement, joint or
+                                 // morph weight that is not finite; hidden ones do not count
 
-  std::vector<Node> local;         // scratch: the animated nodes before composition
-  std::vector<Affine> joints;      // what Pose::joints points to
-  std::vector<float> weights;      // what Pose::weights points to
-  std::vector<vec3> free;          // what Pose::positions points to
+  std::vector<LocalTransform> local;  // scratch: one a node
+  std::vector<size_t> skin_begin;     // scratch: where each skin's joints begin in `joints`
+  std::vector<Affine> joints;         // what Pose::joints points to: skin by skin, rest -> world
+  std::vector<float> weights;         // what Pose::weights points to
+  std::vector<vec3> free;             // what Pose::positions points to
 };
 
 // `clip` is an index into scene.clips or kRestPose; checked. Before a channel's first key its first

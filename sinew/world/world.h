@@ -25,7 +25,7 @@ using ObjectId = uint32_t;  // one appearance of a body; what Hit::object says
 struct BodyDesc {
   std::span<const uvec3> triangles;
   Motion motion;             // views must outlive the world
-  Pose build_pose;           // the pose for which the tree is built
+  Pose build_pose;           // the pose for which the tree is built; if it is not present, at rest
   BuildConfig build;
 };
 

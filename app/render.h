@@ -1,0 +1,40 @@
+// What `sinew render` is asked to do, once its options are read.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/camera_choice.h"
+#include "app/output_name.h"
+#include "app/progress.h"
+#include "app/values.h"
+#include "sinew/base/error.h"
+#include "sinew/io/load.h"
+#include "sinew/io/movie.h"
+#include "sinew/render/frame.h"
+
+namespace sinew::app {
+
+struct RenderJob {
+  std::string input;
+  LoadOptions load;
+  std::string clip;            // as prepare() takes it
+  std::vector<int> frames;     // empty: all of the clip
+  std::optional<double> time;  // a single picture of this time instead of frames
+  double fps = 0.0;            // 0: the scene's own
+  CameraChoice camera;
+  RenderSettings settings;
+  std::optional<Rgb> background;  // lies behind everything in the finished picture
+  int threads = 0;                // 0: all
+  OutputName output;
+  MovieOptions movie;
+  bool skip_existing = false;  // PNG sequences: leave the frames that are there
+  std::string contact_sheet;   // empty: none
+  std::string json;            // empty: none
+  ProgressMode progress = ProgressMode::automatic;
+};
+
+Result<int> render(const RenderJob& job);
+
+}  // namespace sinew::app

@@ -1,0 +1,217 @@
+// The options of `sinew render`: declared for the command line, then read into a RenderJob.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "app/command.h"
+#include "app/frames.h"
+#include "app/render.h"
+#include "app/validators.h"
+
+namespace sinew::app {
+namespace {
+
+constexpr uint32_t kMaxWebpSide = 16383;  // pixels, by the format
+
+constexpr const char* kExamples =
+    "INPUT is a .gltf, .glb or .obj file, a sequence walk_####.obj, a vertex cache\n"
+    "base.obj+positions.pc2, or a study scene study:NAME (`sinew info study:` lists them).\n"
+    "Frames count from 1; frame n shows the time start + (n - 1) / fps of the clip.\n"
+    "\n"
+    "Examples:\n"
+    "  sinew render walk.glb -o walk.webp\n"
+    "  sinew render walk.glb -o out_####.png --clip Run --frames 1-100x2 --samples 16\n"
+    "  sinew render walk.glb -o still.png --time 0.5 --camera orbit=120,10 --size 1600x1200\n"
+    "  sinew render study:creature -o - --time 0 | display\n";
+
+// What the command line holds as text, until it is read.
+struct Flags {
+  RenderJob job;
+  std::string output, format, frames, size = "800x600", camera, background, memory, mode, update;
+  bool no_shadows = false;
+  std::string progress = "auto";
+};
+
+void add_frame_options(CLI::App& app, Flags& flags) {
+  constexpr const char* kGroup = "Frames";
+  app.add_option("-f,--frames", flags.frames, "1-100, 1,3,5-9 or 1-100x2 (default: all)")
+      ->group(kGroup);
+  app.add_option("--time", flags.job.time, "One picture of this time of the clip, in seconds")
+      ->check(number_in(-1e6, 1e6))
+      ->excludes("--frames")
+      ->group(kGroup);
+  app.add_option("--clip", flags.job.clip, "Name or index; 'rest' for none (default: the first)")
+      ->group(kGroup);
+  app.add_option("--fps", flags.job.fps, "Frames a second (default: the scene's own, or 24)")
+      ->check(number_in(0.001, 1000.0))
+      ->group(kGroup);
+  app.add_flag("--skip-existing", flags.job.skip_existing,
+               "Leave the .png frames that are there already")
+      ->group(kGroup);
+}
+
+void add_output_options(CLI::App& app, Flags& flags) {
+  constexpr const char* kGroup = "Output";
+  app.add_option("-o,--output", flags.output,
+                 "out_####.png, out_%04d.png, out_{frame:04}.png, out.webp, or - for "
+                 "standard output")
+      ->required()
+      ->group(kGroup);
+  app.add_option("--format", flags.format, "png or webp, whatever the name says")
+      ->check(CLI::IsMember({"png", "webp"}))
+      ->group(kGroup);
+  app.add_option("--quality", flags.job.movie.quality, "Of .webp, 0 to 100 (default: 85)")
+      ->check(number_in(0.0, 100.0))
+      ->group(kGroup);
+  app.add_flag("--lossless", flags.job.movie.lossless, "Make the .webp exact, and larger")
+      ->group(kGroup);
+  app.add_option("--contact-sheet", flags.job.contact_sheet,
+                 "Also write small copies of up to 20 frames to this .png")
+      ->group(kGroup);
+  app.add_option("--json", flags.job.json, "Write statistics of every frame; - for stdout")
+      ->group(kGroup);
+  app.add_option("--progress", flags.progress,
+                 "auto: a line on a terminal; json: an object a frame on stderr; none")
+      ->check(CLI::IsMember({"auto", "json", "none"}))
+      ->group(kGroup);
+}
+
+void add_picture_options(CLI::App& app, Flags& flags) {
+  constexpr const char* kGroup = "Picture";
+  RenderSettings& settings = flags.job.settings;
+  app.add_option("--camera", flags.camera,
+                 "A camera of the file (name or index), eye=x,y,z,target=x,y,z[,fov=degrees], or "
+                 "orbit=azimuth,elevation[,zoom] in degrees (default: the file's first, or "
+                 "orbit=35,18)")
+      ->group(kGroup);
+  app.add_option("--size", flags.size, "WIDTHxHEIGHT in pixels (default: 800x600)")->group(kGroup);
+  app.add_option("--samples", settings.samples, "Camera rays a pixel (default: 1)")
+      ->check(number_in(1, 4096))
+      ->group(kGroup);
+  app.add_option("--reflections", settings.reflections, "Mirror bounces, 0 to 16 (default: 1)")
+      ->check(number_in(0, 16))
+      ->group(kGroup);
+  app.add_option("--ao", settings.ambient_rays,
+                 "Ambient occlusion rays a hit (default: 0, no occlusion)")
+      ->check(number_in(0, 4096))
+      ->group(kGroup);
+  app.add_option("--ao-distance", settings.ambient_distance,
+                 "How far occlusion reaches (default: a quarter of the scene)")
+      ->check(number_in(0.0, 1e12))
+      ->group(kGroup);
+  app.add_flag("--shadows,!--no-shadows", settings.shadows, "Cast shadows (default: yes)")
+      ->group(kGroup);
+  app.add_option("--exposure", settings.exposure, "In stops (default: 0)")
+      ->check(number_in(-32.0, 32.0))
+      ->group(kGroup);
+  CLI::Option* transparent =
+      app.add_flag("--transparent", settings.transparent, "Leave the background out (alpha 0)")
+          ->group(kGroup);
+  app.add_option("--background", flags.background, "A plain colour behind everything: 3a6ea5")
+      ->excludes(transparent)
+      ->group(kGroup);
+  app.add_option("--seed", settings.seed, "Of the sampling pattern (default: 0)")->group(kGroup);
+}
+
+void add_engine_options(CLI::App& app, Flags& flags) {
+  constexpr const char* kGroup = "Engine";
+  app.add_option("--mode", flags.mode, "triangles (voxels and mixed will come)")->group(kGroup);
+  app.add_option("--update", flags.update, "full or auto (hybrid and lazy will come)")
+      ->group(kGroup);
+  app.add_option("--threads", flags.job.threads, "At most so many (default: 0, all)")
+      ->check(number_in(0, 4096))
+      ->group(kGroup);
+  app.add_option("--memory-limit", flags.memory, "2G, 512M ... (default: 8G)")->group(kGroup);
+  app.add_flag("--strict", flags.job.load.strict,
+               "Fail if the file holds something that is not supported")
+      ->group(kGroup);
+}
+
+tl::unexpected<Error> usage(std::string problem, std::string remedy) {
+  return fail({ErrorKind::usage, "", "", std::move(problem), std::move(remedy)});
+}
+
+Result<void> check_engine(const Flags& flags) {
+  const auto check = [](const char* option, const std::string& word,
+                        std::initializer_list<const char*> now,
+                        std::initializer_list<const char*> later) -> Result<void> {
+    for (const char* known : now) {
+      if (word.empty() || word == known) return {};
+    }
+    for (const char* planned : later) {
+      if (word == planned) {
+        return usage(fmt::format("{} {} is planned, but not there yet", option, word),
+                     fmt::format("use {} {}", option, *now.begin()));
+      }
+    }
+    return usage(fmt::format("{} '{}' is unknown", option, word),
+                 fmt::format("use {} {}", option, *now.begin()));
+  };
+  SINEW_CHECKED(check("--mode", flags.mode, {"triangles"}, {"voxels", "mixed"}));
+  return check("--update", flags.update, {"auto", "full"}, {"hybrid", "lazy", "local"});
+}
+
+Result<void> read_output(const Flags& flags, RenderJob& job) {
+  SINEW_TRY(job.output, parse_output_name(flags.output, flags.format));
+  const bool webp = job.output.format == OutputFormat::webp;
+  if (webp && std::max(job.settings.width, job.settings.height) > kMaxWebpSide) {
+    return usage(fmt::format("a .webp has at most {} pixels a side", kMaxWebpSide),
+                 "choose a smaller --size, or .png");
+  }
+  if (job.skip_existing && (webp || job.output.is_stdout() || !job.contact_sheet.empty())) {
+    return usage("--skip-existing works for .png files without a contact sheet only",
+                 "leave it out");
+  }
+  if (!job.contact_sheet.empty()) {
+    SINEW_TRY(const OutputName sheet, parse_output_name(job.contact_sheet));
+    if (sheet.format != OutputFormat::png || sheet.has_counter() || sheet.is_stdout()) {
+      return usage("--contact-sheet makes one .png file", "write --contact-sheet sheet.png");
+    }
+  }
+  if (job.output.is_stdout() && job.json == "-") {
+    return usage("pictures and statistics cannot both go to standard output",
+                 "give --json a file name");
+  }
+  return {};
+}
+
+Result<RenderJob> read(const Flags& flags) {
+  RenderJob job = flags.job;
+  SINEW_CHECKED(check_engine(flags));
+  SINEW_TRY(const ImageSize size, parse_size(flags.size));
+  job.settings.width = size.width;
+  job.settings.height = size.height;
+  if (!flags.frames.empty()) {
+    SINEW_TRY(job.frames, parse_frames(flags.frames));
+  }
+  SINEW_TRY(job.camera, parse_camera(flags.camera));
+  if (!flags.background.empty()) {
+    SINEW_TRY(job.background, parse_color(flags.background));
+  }
+  if (!flags.memory.empty()) {
+    SINEW_TRY(job.load.memory_limit, parse_bytes(flags.memory));
+  }
+  SINEW_CHECKED(read_output(flags, job));
+  if (flags.progress == "json") job.progress = ProgressMode::json;
+  if (flags.progress == "none") job.progress = ProgressMode::none;
+  return job;
+}
+
+}  // namespace
+
+Run define_render(CLI::App& app) {
+  static Flags flags;  // the options write to it while the command line is parsed
+  app.footer(kExamples);
+  app.add_option("INPUT", flags.job.input, "What to draw")->required();
+  add_output_options(app, flags);
+  add_frame_options(app, flags);
+  add_picture_options(app, flags);
+  add_engine_options(app, flags);
+  return []() -> Result<int> {
+    SINEW_TRY(const RenderJob job, read(flags));
+    return render(job);
+  };
+}
+
+}  // namespace sinew::app

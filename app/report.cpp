@@ -1,0 +1,53 @@
+#include "app/report.h"
+
+#include <nlohmann/json.hpp>
+
+#include "app/json_text.h"
+#include "sinew/bvh/traverse.h"
+
+namespace sinew::app {
+
+double mrays_per_s(const FrameStats& stats) {
+  if (!(stats.trace_ms > 0.0)) return 0.0;
+  return static_cast<double>(stats.rays.total()) / stats.trace_ms * 1e-3;
+}
+
+std::string to_json(const RenderReport& report) {
+  using Json = nlohmann::ordered_json;
+  Json frames = Json::array();
+  for (const FrameRecord& frame : report.frames) {
+    const RayCounts& rays = frame.stats.rays;
+    frames.push_back({
+        {"frame", frame.shot.frame},
+        {"time_s", frame.shot.time},
+        {"update_ms", frame.update_ms},
+        {"trace_ms", frame.stats.trace_ms},
+        {"shade_ms", frame.stats.shade_ms},
+        {"total_ms", frame.total_ms},
+        {"rays",
+         {{"primary", rays.primary},
+          {"shadow", rays.shadow},
+          {"ao", rays.ambient},
+          {"reflection", rays.reflection}}},
+        {"mrays_per_s", mrays_per_s(frame.stats)},
+    });
+  }
+  const Json document = {
+      {"version", SINEW_VERSION},
+      {"kernel_target", kernel_target()},
+      {"threads", report.threads},
+      {"input", report.input},
+      {"output", report.output},
+      {"clip", report.clip},
+      {"fps", report.fps},
+      {"width", report.settings.width},
+      {"height", report.settings.height},
+      {"samples", report.settings.samples},
+      {"triangles", report.triangles},
+      {"warnings", report.warnings},
+      {"frames", frames},
+  };
+  return json_text(document);
+}
+
+}  // namespace sinew::app

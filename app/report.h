@@ -1,0 +1,37 @@
+// The statistics of a render as JSON: a header, and one entry a frame.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "app/frame_output.h"
+#include "app/frames.h"
+#include "sinew/render/frame.h"
+
+namespace sinew::app {
+
+struct FrameRecord {
+  Shot shot;
+  double update_ms = 0.0;
+  double total_ms = 0.0;  // from the new time to the finished 8-bit picture
+  FrameStats stats;
+};
+
+struct RenderReport {
+  std::string input;
+  std::string output;
+  std::string clip;
+  double fps = 0.0;
+  int threads = 0;
+  uint64_t triangles = 0;
+  RenderSettings settings;
+  std::vector<std::string> warnings;
+  std::vector<FrameRecord> frames;
+};
+
+// MRays/s of all rays over the time spent in ray queries; 0 if there was none.
+double mrays_per_s(const FrameStats& stats);
+
+std::string to_json(const RenderReport& report);
+
+}  // namespace sinew::app

@@ -1,0 +1,241 @@
+#include "app/scene_info.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/frames.h"
+#include "app/json_text.h"
+#include "sinew/scene/sample.h"
+#include "sinew/scene/study.h"
+
+namespace sinew::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+constexpr int kBoundsSamples = 24;
+
+// What the lists below need beside the scene itself.
+struct Overview {
+  SceneCounts counts;
+  Timeline timeline;  // of the first clip
+  uint32_t cache_keys = 0;
+  bool vertex_program = false;
+  Box box;  // over the first clip
+};
+
+Overview look_at_scene(const Scene& scene) {
+  const int clip = scene.clips.empty() ? kRestPose : 0;
+  Overview overview;
+  overview.counts = count(scene);
+  overview.timeline = timeline_of(scene, clip);
+  for (const Mesh& mesh : scene.meshes) {
+    overview.cache_keys = std::max(overview.cache_keys, mesh.keys);
+    overview.vertex_program |= static_cast<bool>(mesh.vertex_program);
+  }
+  overview.box = animation_bounds(scene, clip, clip == kRestPose ? 1 : kBoundsSamples);
+  return overview;
+}
+
+const char* name_of(LightType type) {
+  switch (type) {
+    case LightType::directional:
+      return "directional";
+    case LightType::point:
+      return "point";
+    case LightType::spot:
+      return "spot";
+  }
+  return "";
+}
+
+Json to_json(vec3 v) {
+  return Json::array({v.x, v.y, v.z});
+}
+
+// 1234567 -> "1,234,567"
+std::string grouped(uint64_t number) {
+  std::string text = std::to_string(number);
+  for (size_t at = text.size(); at > 3; at -= 3) text.insert(at - 3, 1, ',');
+  return text;
+}
+
+// "  triangles    37,136"
+void add_row(std::string& out, const char* label, const std::string& value) {
+  out += fmt::format("  {:<12} {}\n", label, value);
+}
+void add_count(std::string& out, const char* label, uint64_t number) {
+  if (number > 0) add_row(out, label, grouped(number));
+}
+
+// One row for each entry: "  clips        0  Idle  ..." with the label on the first.
+template <class List, class Describe>
+void add_list(std::string& out, const char* label, const List& list, const Describe& describe) {
+  for (size_t i = 0; i < list.size(); ++i) {
+    add_row(out, i == 0 ? label : "", fmt::format("{:>2}  {}", i, describe(list[i])));
+  }
+}
+
+std::string describe(const Clip& clip, double fps) {
+  const auto frames =
+      static_cast<uint64_t>(std::max(1.0, std::ceil((clip.end - clip.start) * fps - 1e-3)));
+  return fmt::format("{:<20} {:.3f} to {:.3f} s, {} frames at {:g} fps, {} channels",
+                     clip.name.empty() ? "(no name)" : clip.name, clip.start, clip.end, frames, fps,
+                     clip.channels.size());
+}
+
+std::string describe(const Camera& camera) {
+  const std::string name = camera.name.empty() ? "(no name)" : camera.name;
+  if (camera.orthographic)
+    return fmt::format("{:<20} orthographic, {:g} high", name, 2 * camera.ymag);
+  return fmt::format("{:<20} perspective, {:.1f} degrees", name, glm::degrees(camera.yfov));
+}
+
+std::string describe(const Light& light) {
+  return fmt::format("{:<20} {}, intensity {:g}", light.name.empty() ? "(no name)" : light.name,
+                     name_of(light.type), light.intensity);
+}
+
+Json clips_json(const Scene& scene) {
+  Json clips = Json::array();
+  for (const Clip& clip : scene.clips) {
+    clips.push_back({{"name", clip.name},
+                     {"start_s", clip.start},
+                     {"end_s", clip.end},
+                     {"channels", clip.channels.size()}});
+  }
+  return clips;
+}
+
+Json meshes_json(const Scene& scene) {
+  Json meshes = Json::array();
+  for (const Mesh& mesh : scene.meshes) {
+    meshes.push_back({{"name", mesh.name},
+                      {"triangles", mesh.triangles.size()},
+                      {"vertices", mesh.positions.size()},
+                      {"parts", mesh.parts.size()},
+                      {"influences", mesh.influences},
+                      {"morphs", mesh.morph_targets},
+                      {"cache_keys", mesh.keys}});
+  }
+  return meshes;
+}
+
+Json cameras_json(const Scene& scene) {
+  Json cameras = Json::array();
+  for (const Camera& camera : scene.cameras) {
+    cameras.push_back(
+        {{"name", camera.name}, {"type", camera.orthographic ? "orthographic" : "perspective"}});
+  }
+  return cameras;
+}
+
+Json lights_json(const Scene& scene) {
+  Json lights = Json::array();
+  for (const Light& light : scene.lights) {
+    lights.push_back({{"name", light.name}, {"type", name_of(light.type)}});
+  }
+  return lights;
+}
+
+}  // namespace
+
+std::string scene_info_json(const Scene& scene, const std::string& input) {
+  const Overview overview = look_at_scene(scene);
+  Json bounds = nullptr;
+  if (!overview.box.empty()) {
+    bounds = {{"min", to_json(overview.box.min)}, {"max", to_json(overview.box.max)}};
+  }
+  Json materials = Json::array();
+  for (const Material& material : scene.materials) materials.push_back(material.name);
+  const Json document = {
+      {"input", input},
+      {"name", scene.name},
+      {"triangles", overview.counts.triangles},
+      {"vertices", overview.counts.vertices},
+      {"joints", overview.counts.joints},
+      {"morphs", overview.counts.morphs},
+      {"clips", clips_json(scene)},
+      {"frames", overview.timeline.frames},
+      {"fps", overview.timeline.fps},
+      {"objects", scene.objects.size()},
+      {"nodes", scene.nodes.size()},
+      {"skins", scene.skins.size()},
+      {"cache_keys", overview.cache_keys},
+      {"vertex_program", overview.vertex_program},
+      {"images", scene.images.size()},
+      {"materials", materials},
+      {"meshes", meshes_json(scene)},
+      {"cameras", cameras_json(scene)},
+      {"lights", lights_json(scene)},
+      {"bounds", bounds},
+      {"warnings", scene.warnings},
+  };
+  return json_text(document);
+}
+
+std::string scene_info_text(const Scene& scene, const std::string& input) {
+  const Overview overview = look_at_scene(scene);
+  std::string out = input + "\n";
+  add_row(out, "triangles", grouped(overview.counts.triangles));
+  add_row(out, "vertices", grouped(overview.counts.vertices));
+  add_row(out, "objects",
+          fmt::format("{} of {} meshes, {} nodes", grouped(scene.objects.size()),
+                      grouped(scene.meshes.size()), grouped(scene.nodes.size())));
+  if (!scene.skins.empty()) {
+    add_row(out, "joints",
+            fmt::format("{} in {} skins", grouped(overview.counts.joints), scene.skins.size()));
+  }
+  add_count(out, "morphs", overview.counts.morphs);
+  add_count(out, "cache keys", overview.cache_keys);
+  if (overview.vertex_program) add_row(out, "vertices", "new in every frame");
+  add_count(out, "materials", scene.materials.size());
+  add_count(out, "images", scene.images.size());
+  const double fps = overview.timeline.fps;
+  add_list(out, "clips", scene.clips, [&](const Clip& clip) { return describe(clip, fps); });
+  add_list(out, "cameras", scene.cameras, [](const Camera& camera) { return describe(camera); });
+  add_list(out, "lights", scene.lights, [](const Light& light) { return describe(light); });
+  add_row(out, "frames", fmt::format("{} at {:g} fps", overview.timeline.frames, fps));
+  if (!overview.box.empty()) {
+    const auto [low, high] = overview.box;
+    add_row(out, "bounds",
+            fmt::format("({:.4g}, {:.4g}, {:.4g}) to ({:.4g}, {:.4g}, {:.4g})", low.x, low.y, low.z,
+                        high.x, high.y, high.z));
+  }
+  if (scene.warnings.empty()) add_row(out, "warnings", "none");
+  add_list(out, "warnings", scene.warnings, [](const std::string& warning) { return warning; });
+  return out;
+}
+
+std::string study_list_text() {
+  std::string out = "Study scenes: study:NAME[,key=value...], accepted wherever a file is.\n";
+  for (const StudyInfo& study : study_scenes()) {
+    out += fmt::format("\nstudy:{}\n  {}\n", study.name, study.summary);
+    for (const StudyParameter& parameter : study.parameters) {
+      out += fmt::format("    {:<12} {} (default: {})\n", parameter.name, parameter.meaning,
+                         parameter.fallback);
+    }
+  }
+  return out;
+}
+
+std::string study_list_json() {
+  Json studies = Json::array();
+  for (const StudyInfo& study : study_scenes()) {
+    Json parameters = Json::array();
+    for (const StudyParameter& parameter : study.parameters) {
+      parameters.push_back({{"name", std::string(parameter.name)},
+                            {"meaning", std::string(parameter.meaning)},
+                            {"default", std::string(parameter.fallback)}});
+    }
+    studies.push_back({{"name", std::string(study.name)},
+                       {"summary", std::string(study.summary)},
+                       {"parameters", parameters}});
+  }
+  return json_text({{"studies", studies}});
+}
+
+}  // namespace sinew::app

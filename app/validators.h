@@ -1,0 +1,24 @@
+// Checks of option values that CLI11 has not got.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <string>
+
+#include "app/values.h"
+
+namespace sinew::app {
+
+// A finite number in [low, high]. (CLI::Range lets NaN pass.)
+inline CLI::Validator number_in(double low, double high) {
+  return CLI::Validator(
+      [low, high](std::string& text) -> std::string {
+        const auto number = parse_number(text);
+        if (number && *number >= low && *number <= high) return "";
+        return fmt::format("'{}' is not a number from {} to {}", text, low, high);
+      },
+      "");
+}
+
+}  // namespace sinew::app

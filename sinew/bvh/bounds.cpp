@@ -1,0 +1,60 @@
+#include "sinew/bvh/bounds.h"
+
+#include "sinew/base/check.h"
+#include "sinew/base/parallel.h"
+#include "sinew/bvh/cost.h"
+
+namespace sinew {
+
+void triangle_boxes(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                    std::span<Box> out) {
+  SINEW_CHECK(out.size() == triangles.size());
+  parallel_for(triangles.size(), 8192, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      Box box;
+      for (int k = 0; k < 3; ++k) box.extend(positions[triangles[i][k]]);
+      out[i] = box;
+    }
+  });
+}
+
+Bounds refit(const Tree& tree, std::span<const Box> primitive_boxes) {
+  Bounds bounds(tree.nodes.size());
+  // Depth first, children before their parent: the second visit of a node finds both boxes done.
+  std::vector<std::pair<uint32_t, bool>> stack;
+  if (!tree.empty()) stack.emplace_back(Tree::kRoot, false);
+  while (!stack.empty()) {
+    auto [node, children_done] = stack.back();
+    stack.pop_back();
+    const TreeNode& n = tree.nodes[node];
+    if (n.is_leaf()) {
+      for (uint32_t i = 0; i < n.count(); ++i) {
+        bounds[node].extend(primitive_boxes[tree.primitives[n.first() + i]]);
+      }
+    } else if (children_done) {
+      bounds[node] = bounds[n.left()];
+      bounds[node].extend(bounds[n.right()]);
+    } else {
+      stack.emplace_back(node, true);
+      stack.emplace_back(n.left(), false);
+      stack.emplace_back(n.right(), false);
+    }
+  }
+  return bounds;
+}
+
+double sah_cost(const Tree& tree, const Bounds& bounds, const CostModel& model) {
+  if (tree.empty()) return 0.0;
+  const double root = half_area(bounds[Tree::kRoot]);
+  if (!(root > 0.0)) return 0.0;
+  double sum = 0.0;
+  for (size_t i = 0; i < tree.nodes.size(); ++i) {
+    const TreeNode& node = tree.nodes[i];
+    const double weight =
+        node.is_leaf() ? double(model.intersection) * node.count() : double(model.traversal);
+    sum += weight * half_area(bounds[i]);
+  }
+  return sum / root;
+}
+
+}  // namespace sinew

@@ -1,0 +1,86 @@
+#include "sinew/bvh/bvh.h"
+
+#include <cmath>
+
+#include "sinew/bvh/bounds.h"
+#include "sinew/bvh/update.h"
+
+namespace sinew {
+namespace {
+
+Result<void> check_mesh(std::span<const vec3> positions, std::span<const uvec3> triangles) {
+  for (size_t i = 0; i < positions.size(); ++i) {
+    const vec3 p = positions[i];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+      return fail({ErrorKind::bad_input, "", "vertex " + std::to_string(i),
+                   "its position is not finite", "remove or repair it"});
+    }
+  }
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    const uvec3 t = triangles[i];
+    if (t.x >= positions.size() || t.y >= positions.size() || t.z >= positions.size()) {
+      return fail({ErrorKind::bad_input, "", "triangle " + std::to_string(i),
+                   "it refers to a vertex that does not exist", "check the index list"});
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Bvh> build(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                  const BuildConfig& config) {
+  SINEW_CHECKED(check_mesh(positions, triangles));
+  std::vector<Box> boxes(triangles.size());
+  triangle_boxes(positions, triangles, boxes);
+  const Tree tree = build_binned(boxes, config);
+  Bvh bvh;
+  SINEW_TRY(bvh.layout_, make_layout(tree, refit(tree, boxes), triangles,
+                                     static_cast<uint32_t>(positions.size())));
+  update_full(bvh.layout_, positions, bvh.bvh_);
+  return bvh;
+}
+
+Result<void> Bvh::update(std::span<const vec3> positions) {
+  if (positions.size() != layout_.vertex_count) {
+    return fail({ErrorKind::usage, "", "",
+                 "update got " + std::to_string(positions.size()) + " vertices, the body has " +
+                     std::to_string(layout_.vertex_count),
+                 "give all vertices in the order of build()"});
+  }
+  update_full(layout_, positions, bvh_);
+  return {};
+}
+
+Instance Bvh::instance() const {
+  Instance instance;
+  instance.nodes = bvh_.nodes.data();
+  instance.packets = bvh_.packets.data();
+  instance.root = bvh_.root;
+  return instance;
+}
+
+std::optional<Hit> Bvh::closest_hit(const Ray& ray) const {
+  Hit hit;
+  closest_hits({&ray, 1}, {&hit, 1});
+  if (!hit) return std::nullopt;
+  return hit;
+}
+
+bool Bvh::any_hit(const Ray& ray) const {
+  uint8_t hit = 0;
+  any_hits({&ray, 1}, {&hit, 1});
+  return hit != 0;
+}
+
+void Bvh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits) const {
+  const Instance only = instance();
+  sinew::closest_hits({nullptr, &only, 1}, rays, hits);
+}
+
+void Bvh::any_hits(std::span<const Ray> rays, std::span<uint8_t> hit) const {
+  const Instance only = instance();
+  sinew::any_hits({nullptr, &only, 1}, rays, hit);
+}
+
+}  // namespace sinew

@@ -1,0 +1,177 @@
+// Collapses a binary tree into eight-wide nodes (collapse.h) and cuts it into treelets: where few
+// triangles are left, the subtree is stored apart and linked by a word.
+#include <algorithm>
+
+#include "sinew/bvh/collapse.h"
+#include "sinew/bvh/wide.h"
+
+namespace sinew {
+namespace {
+
+class LayoutMaker {
+ public:
+  LayoutMaker(const Tree& tree, const Bounds& bounds, std::span<const uvec3> triangles,
+              uint32_t treelet_triangles)
+      : tree_(tree), bounds_(bounds), triangles_(triangles), limit_(treelet_triangles) {
+    counts_ = count_triangles();
+  }
+
+  Result<Bvh8Layout> run(uint32_t vertex_count) {
+    layout_.vertex_count = vertex_count;
+    layout_.triangle_count = static_cast<uint32_t>(triangles_.size());
+    if (tree_.empty()) return std::move(layout_);
+    make_upper();
+    for (Treelet& treelet : layout_.treelets) make_treelet(treelet);
+    if (layout_.depth > kMaxDepth) {
+      return fail({ErrorKind::bad_input, "", "", "the tree is too deep to be traced",
+                   "build it with build_binned or build_sweep"});
+    }
+    if (layout_.packet_vertices.size() >= kMaxPackets) {
+      return fail({ErrorKind::bad_input, "", "", "the mesh has too many triangles",
+                   "split it into several objects"});
+    }
+    return std::move(layout_);
+  }
+
+ private:
+  struct Task {
+    uint32_t tree_node;
+    uint32_t wide_node;
+    uint32_t depth;
+  };
+  using Children = std::array<uint32_t, kWidth>;
+
+  // Triangles below every node. A stack, because trees may be deep.
+  std::vector<uint32_t> count_triangles() const {
+    std::vector<uint32_t> counts(tree_.nodes.size(), 0);
+    std::vector<std::pair<uint32_t, bool>> stack;
+    if (!tree_.empty()) stack.emplace_back(Tree::kRoot, false);
+    while (!stack.empty()) {
+      const auto [node, children_done] = stack.back();
+      stack.pop_back();
+      const TreeNode& n = tree_.nodes[node];
+      if (n.is_leaf()) {
+        counts[node] = n.count();
+      } else if (children_done) {
+        counts[node] = counts[n.left()] + counts[n.right()];
+      } else {
+        stack.emplace_back(node, true);
+        stack.emplace_back(n.left(), false);
+        stack.emplace_back(n.right(), false);
+      }
+    }
+    return counts;
+  }
+
+  bool is_leaf(uint32_t node) const { return tree_.nodes[node].is_leaf(); }
+  bool is_treelet(uint32_t node) const { return is_leaf(node) || counts_[node] <= limit_; }
+
+  uint32_t new_node() {
+    Children none;
+    none.fill(kNoChild);
+    layout_.children.push_back(none);
+    return static_cast<uint32_t>(layout_.children.size() - 1);
+  }
+
+  void make_upper() {
+    if (is_treelet(Tree::kRoot)) {
+      layout_.treelets.push_back({});
+      treelet_roots_ = {{Tree::kRoot, 0, 1}};
+      return;
+    }
+    std::vector<Task> queue = {{Tree::kRoot, new_node(), 1}};
+    for (size_t next = 0; next < queue.size(); ++next) {  // breadth first: parents before children
+      const Task task = queue[next];
+      const WideChildren children = open_children(
+          tree_, bounds_, task.tree_node, [&](uint32_t node) { return is_treelet(node); });
+      for (uint32_t lane = 0; lane < children.count; ++lane) {
+        uint32_t word;
+        if (is_treelet(children.node[lane])) {
+          const auto treelet = static_cast<uint32_t>(layout_.treelets.size());
+          word = treelet_word(treelet);
+          layout_.treelets.push_back(
+              {.parent_node = task.wide_node, .parent_lane = lane});
+          treelet_roots_.push_back({children.node[lane], 0, task.depth + 1});
+        } else {
+          word = inner_word(new_node());
+          queue.push_back({children.node[lane], word, task.depth + 1});
+        }
+        layout_.children[task.wide_node][lane] = word;
+      }
+    }
+    layout_.upper_nodes = static_cast<uint32_t>(layout_.children.size());
+  }
+
+  void make_treelet(Treelet& treelet) {
+    const Task root = treelet_roots_[&treelet - layout_.treelets.data()];
+    treelet.first_node = static_cast<uint32_t>(layout_.children.size());
+    treelet.first_packet = static_cast<uint32_t>(layout_.packet_vertices.size());
+    if (is_leaf(root.tree_node)) {
+      add_leaf(root.tree_node);
+      layout_.depth = std::max(layout_.depth, root.depth);
+    } else {
+      std::vector<Task> queue = {{root.tree_node, new_node(), root.depth}};
+      for (size_t next = 0; next < queue.size(); ++next) {
+        const Task task = queue[next];
+        layout_.depth = std::max(layout_.depth, task.depth + 1);
+        const WideChildren children = open_children(
+            tree_, bounds_, task.tree_node, [&](uint32_t node) { return is_leaf(node); });
+        for (uint32_t lane = 0; lane < children.count; ++lane) {
+          uint32_t word;
+          if (is_leaf(children.node[lane])) {
+            word = add_leaf(children.node[lane]);
+          } else {
+            word = inner_word(new_node());
+            queue.push_back({children.node[lane], word, task.depth + 1});
+          }
+          layout_.children[task.wide_node][lane] = word;
+        }
+      }
+    }
+    treelet.node_count = static_cast<uint32_t>(layout_.children.size()) - treelet.first_node;
+    treelet.packet_count =
+        static_cast<uint32_t>(layout_.packet_vertices.size()) - treelet.first_packet;
+  }
+
+  uint32_t add_leaf(uint32_t node) {
+    const TreeNode& leaf = tree_.nodes[node];
+    const auto first = static_cast<uint32_t>(layout_.packet_vertices.size());
+    for (uint32_t i = 0; i < leaf.count(); i += kPacket) {
+      PacketVertices vertices;
+      std::array<uint32_t, kPacket> primitives;
+      for (uint32_t lane = 0; lane < kPacket; ++lane) {
+        const bool used = i + lane < leaf.count();
+        const uint32_t primitive = tree_.primitives[leaf.first() + i + (used ? lane : 0)];
+        primitives[lane] = used ? primitive : kNoPrimitive;
+        for (int k = 0; k < 3; ++k) vertices.v[lane][k] = triangles_[primitive][k];
+      }
+      layout_.packet_vertices.push_back(vertices);
+      layout_.packet_primitives.push_back(primitives);
+    }
+    return leaf_word(first, static_cast<uint32_t>(layout_.packet_vertices.size()) - first);
+  }
+
+  const Tree& tree_;
+  const Bounds& bounds_;
+  std::span<const uvec3> triangles_;
+  uint32_t limit_;
+  std::vector<uint32_t> counts_;
+  std::vector<Task> treelet_roots_;  // one a treelet; wide_node unused
+  Bvh8Layout layout_;
+};
+
+}  // namespace
+
+Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
+                               std::span<const uvec3> triangles, uint32_t vertex_count,
+                               uint32_t treelet_triangles) {
+  for (const TreeNode& node : tree.nodes) {
+    if (node.is_leaf() && node.count() > kPacket * kMaxLeafPackets) {
+      return fail({ErrorKind::bad_input, "", "", "a leaf of the tree holds too many triangles",
+                   "build with max_leaf of at most 32"});
+    }
+  }
+  return LayoutMaker(tree, bounds, triangles, treelet_triangles).run(vertex_count);
+}
+
+}  // namespace sinew

@@ -1,0 +1,341 @@
+// Closest-hit and any-hit traversal of Bvh8 hierarchies for single rays, eight boxes and four
+// triangles at a time.
+// Based on: S. Woop, C. Benthin, I. Wald, "Watertight Ray/Triangle Intersection", JCGT 2(1), 2013;
+// T. Ize, "Robust BVH Ray Traversal", JCGT 2(2), 2013. Differs: triangle tests take four lanes, and
+// only lanes with a zero edge function are computed again in double.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sinew/bvh/traverse_kernels.cpp"
+// clang-format off
+#include "sinew/base/simd.h"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+// clang-format on
+
+#include <cmath>
+
+#include "sinew/base/check.h"
+#include "sinew/bvh/traverse.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sinew {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using D8 = hn::CappedTag<float, 8>;  // eight lanes, or four where registers are small
+using D4 = hn::FixedTag<float, 4>;
+using V4 = hn::Vec<D4>;
+
+// The far distance of a box is widened by this factor: the three roundings of (plane - origin) *
+// reciprocal on the near and the far side (Ize 2013).
+constexpr float kRobust = 1.0f + 2.0f * 3.0f * 5.97e-8f;
+
+template <class D>
+HWY_INLINE uint32_t mask_bits(D d, hn::Mask<D> mask) {
+  uint8_t bits[8] = {};
+  hn::StoreMaskBits(d, mask, bits);
+  return bits[0] & ((1u << hn::Lanes(d)) - 1u);
+}
+
+// What a ray costs once per space that it enters.
+struct RaySetup {
+  float origin[3];
+  float reciprocal[3];   // of the direction; finite
+  int near_high[3];      // 1 if the ray meets the high plane of that axis first
+  int kx, ky, kz;        // axes; the direction is largest along kz (Woop 2013)
+  float shear_x, shear_y, shear_z;
+
+  RaySetup(const vec3& o, const vec3& d) {
+    kz = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      origin[axis] = o[axis];
+      // Tiny components are replaced: 0 * infinity would be NaN for origins on a box plane.
+      const float safe = std::fabs(d[axis]) < 1e-37f ? std::copysign(1e-37f, d[axis]) : d[axis];
+      reciprocal[axis] = 1.0f / safe;
+      near_high[axis] = reciprocal[axis] < 0 ? 1 : 0;
+      if (std::fabs(d[axis]) > std::fabs(d[kz])) kz = axis;
+    }
+    kx = kz == 2 ? 0 : kz + 1;
+    ky = kx == 2 ? 0 : kx + 1;
+    if (d[kz] < 0) std::swap(kx, ky);
+    shear_x = d[kx] / d[kz];
+    shear_y = d[ky] / d[kz];
+    shear_z = 1.0f / d[kz];
+  }
+};
+
+// Bit i is set if the ray meets child i's box within [t_min, t_max]; entry[i] is where.
+HWY_INLINE uint32_t test_boxes(const Node8& node, const RaySetup& ray, float t_min, float t_max,
+                               float* HWY_RESTRICT entry) {
+  const D8 d;
+  uint32_t bits = 0;
+  for (size_t i = 0; i < kWidth; i += hn::Lanes(d)) {
+    auto near = hn::Set(d, t_min);
+    auto far = hn::Set(d, t_max);
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto origin = hn::Set(d, ray.origin[axis]);
+      const auto reciprocal = hn::Set(d, ray.reciprocal[axis]);
+      const float* near_plane = ray.near_high[axis] ? node.high[axis] : node.low[axis];
+      const float* far_plane = ray.near_high[axis] ? node.low[axis] : node.high[axis];
+      near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(d, near_plane + i), origin), reciprocal));
+      far = hn::Min(far, hn::Mul(hn::Sub(hn::Load(d, far_plane + i), origin), reciprocal));
+    }
+    hn::Store(near, d, entry + i);
+    bits |= mask_bits(d, hn::Le(near, hn::Mul(far, hn::Set(d, kRobust)))) << i;
+  }
+  return bits;
+}
+
+struct PacketHits {
+  uint32_t bits;                 // lanes whose triangle is met within [t_min, t_max]
+  alignas(16) float t[4], v[4], w[4];  // distance; weights of the second and third corner
+};
+
+// An edge function again in double, where float arithmetic gave zero.
+HWY_INLINE float exact_edge(float ax, float ay, float bx, float by) {
+  return static_cast<float>(double{ax} * double{by} - double{ay} * double{bx});
+}
+
+HWY_INLINE void test_packet(const TrianglePacket& packet, const RaySetup& ray, float t_min,
+                            float t_max, PacketHits& out) {
+  const D4 d;
+  const V4 zero = hn::Zero(d);
+  const V4 shear_x = hn::Set(d, ray.shear_x), shear_y = hn::Set(d, ray.shear_y);
+  V4 x[3], y[3], z[3];
+  for (int corner = 0; corner < 3; ++corner) {
+    const auto& v = packet.v[corner];
+    z[corner] = hn::Sub(hn::Load(d, v[ray.kz]), hn::Set(d, ray.origin[ray.kz]));
+    x[corner] = hn::Sub(hn::Sub(hn::Load(d, v[ray.kx]), hn::Set(d, ray.origin[ray.kx])),
+                        hn::Mul(shear_x, z[corner]));
+    y[corner] = hn::Sub(hn::Sub(hn::Load(d, v[ray.ky]), hn::Set(d, ray.origin[ray.ky])),
+                        hn::Mul(shear_y, z[corner]));
+  }
+  V4 e[3];  // edge functions: e[i] belongs to the edge opposite corner i
+  for (int i = 0; i < 3; ++i) {
+    const int a = (i + 2) % 3, b = (i + 1) % 3;
+    e[i] = hn::Sub(hn::Mul(x[a], y[b]), hn::Mul(y[a], x[b]));
+  }
+  const auto any_zero =
+      hn::Or(hn::Or(hn::Eq(e[0], zero), hn::Eq(e[1], zero)), hn::Eq(e[2], zero));
+  if (HWY_UNLIKELY(!hn::AllFalse(d, any_zero))) {
+    alignas(16) float sx[3][4], sy[3][4], se[4];
+    for (int c = 0; c < 3; ++c) {
+      hn::Store(x[c], d, sx[c]);
+      hn::Store(y[c], d, sy[c]);
+    }
+    for (int i = 0; i < 3; ++i) {
+      const int a = (i + 2) % 3, b = (i + 1) % 3;
+      hn::Store(e[i], d, se);
+      for (int lane = 0; lane < 4; ++lane) {
+        if (se[lane] == 0) {
+          se[lane] = exact_edge(sx[a][lane], sy[a][lane], sx[b][lane], sy[b][lane]);
+        }
+      }
+      e[i] = hn::Load(d, se);
+    }
+  }
+  const V4 least = hn::Min(hn::Min(e[0], e[1]), e[2]);
+  const V4 most = hn::Max(hn::Max(e[0], e[1]), e[2]);
+  const V4 det = hn::Add(hn::Add(e[0], e[1]), e[2]);
+  const V4 shear_z = hn::Set(d, ray.shear_z);
+  const V4 scaled = hn::Mul(
+      shear_z, hn::Add(hn::Add(hn::Mul(e[0], z[0]), hn::Mul(e[1], z[1])), hn::Mul(e[2], z[2])));
+  const V4 t = hn::Div(scaled, det);
+  auto hit = hn::And(hn::Or(hn::Ge(least, zero), hn::Le(most, zero)), hn::Ne(det, zero));
+  hit = hn::And(hit, hn::And(hn::Ge(t, hn::Set(d, t_min)), hn::Le(t, hn::Set(d, t_max))));
+  out.bits = mask_bits(d, hit);
+  if (out.bits == 0) return;
+  hn::Store(t, d, out.t);
+  hn::Store(hn::Div(e[1], det), d, out.v);
+  hn::Store(hn::Div(e[2], det), d, out.w);
+}
+
+struct StackEntry {
+  uint32_t word;
+  float entry;  // where the ray enters the box
+};
+
+// Two-level traversal: instances hang below top nodes, so both levels share one stack.
+constexpr size_t kStackSize = 2 * kMaxDepth * (kWidth - 1) + 2;
+
+// One ray of a query. kAny stops at the first accepted hit.
+template <bool kAny>
+class Traversal {
+ public:
+  Traversal(const SceneView& scene, const QueryOptions& options, const Ray& ray, uint32_t index)
+      : scene_(scene), options_(options), ray_(ray), index_(index) {
+    best_.t = ray.t_max;
+  }
+
+  Hit run() {
+    const RaySetup setup(ray_.origin, ray_.direction);
+    if (scene_.top == nullptr) {
+      if (scene_.instance_count > 0) visit_instance(scene_.instances[0], setup, stack_);
+    } else {
+      descend(scene_.top, 0, setup, stack_, [&](uint32_t word, StackEntry* base) {
+        return visit_instance(scene_.instances[word & ~kLeafBit], setup, base);
+      });
+    }
+    if (!best_) best_.t = std::numeric_limits<float>::infinity();
+    return best_;
+  }
+
+ private:
+  // Walks a tree of nodes front to back and calls leaf(word, free part of the stack) for leaves;
+  // stops when it returns true.
+  template <class Leaf>
+  HWY_INLINE bool descend(const Node8* nodes, uint32_t root, const RaySetup& setup,
+                          StackEntry* const base, const Leaf& leaf) {
+    StackEntry* top = base;
+    uint32_t word = root;
+    alignas(64) float entry[kWidth];
+    for (;;) {
+      if (is_leaf_word(word)) {
+        if (leaf(word, top)) return true;
+      } else {
+        const Node8& node = nodes[word];
+        uint32_t bits = test_boxes(node, setup, ray_.t_min, best_.t, entry);
+        if (bits != 0) {
+          word = push_all_but_nearest(node, entry, bits, top);
+          continue;
+        }
+      }
+      do {
+        if (top == base) return false;
+        --top;
+      } while (top->entry > best_.t * kRobust);
+      word = top->word;
+    }
+  }
+
+  HWY_INLINE uint32_t push_all_but_nearest(const Node8& node, const float* entry, uint32_t bits,
+                                           StackEntry*& top) {
+    const auto take = [&] {
+      const int lane = __builtin_ctz(bits);
+      bits &= bits - 1;
+      return StackEntry{node.child[lane], entry[lane]};
+    };
+    StackEntry nearest = take();
+    if (bits == 0) return nearest.word;
+    StackEntry second = take();
+    if (second.entry < nearest.entry) std::swap(nearest, second);
+    if (bits == 0) {
+      *top++ = second;
+      return nearest.word;
+    }
+    // Insertion sort, farthest at the bottom.
+    StackEntry* const first = top;
+    *top++ = second;
+    *top++ = nearest;
+    while (bits != 0) {
+      const StackEntry next = take();
+      StackEntry* place = top++;
+      while (place > first && (place - 1)->entry < next.entry) {
+        *place = *(place - 1);
+        --place;
+      }
+      *place = next;
+    }
+    return (--top)->word;
+  }
+
+  bool visit_instance(const Instance& instance, const RaySetup& world, StackEntry* base) {
+    if ((instance.mask & options_.mask) == 0 || instance.root == kNoChild) return false;
+    if (instance.in_place) return visit_body(instance, world, base);
+    const RaySetup local(transform_point(instance.to_object, ray_.origin),
+                         transform_vector(instance.to_object, ray_.direction));
+    return visit_body(instance, local, base);
+  }
+
+  bool visit_body(const Instance& instance, const RaySetup& setup, StackEntry* base) {
+    return descend(instance.nodes, instance.root, setup, base, [&](uint32_t word, StackEntry*) {
+      const TrianglePacket* packet = instance.packets + leaf_first(word);
+      const TrianglePacket* const end = packet + leaf_packets(word);
+      for (; packet != end; ++packet) {
+        if (visit_packet(instance, *packet, setup)) return true;
+      }
+      return false;
+    });
+  }
+
+  HWY_INLINE bool visit_packet(const Instance& instance, const TrianglePacket& packet,
+                               const RaySetup& setup) {
+    PacketHits hits;
+    test_packet(packet, setup, ray_.t_min, best_.t, hits);
+    for (uint32_t bits = hits.bits; bits != 0; bits &= bits - 1) {
+      const int lane = __builtin_ctz(bits);
+      const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], packet.primitive[lane],
+                    instance.object};
+      if (hit.primitive == kNoPrimitive || !closer(hit)) continue;
+      if (instance.filtered && options_.filter.accept != nullptr &&
+          !options_.filter.accept(options_.filter.context, index_, hit)) {
+        continue;
+      }
+      best_ = hit;
+      if (kAny) return true;
+    }
+    return false;
+  }
+
+  // Least (t, object, primitive); the first hit may lie at t_max exactly.
+  bool closer(const Hit& hit) const {
+    if (hit.t != best_.t) return hit.t < best_.t;
+    if (hit.object != best_.object) return hit.object < best_.object;
+    return hit.primitive < best_.primitive;
+  }
+
+  const SceneView& scene_;
+  const QueryOptions& options_;
+  const Ray ray_;
+  const uint32_t index_;
+  Hit best_;
+  StackEntry stack_[kStackSize];
+};
+
+void closest_hits_kernel(const SceneView& scene, const Ray* rays, Hit* hits, size_t count,
+                         const QueryOptions& options) {
+  for (size_t i = 0; i < count; ++i) {
+    hits[i] = Traversal<false>(scene, options, rays[i],
+                               options.first_ray + static_cast<uint32_t>(i))
+                  .run();
+  }
+}
+
+void any_hits_kernel(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
+                     const QueryOptions& options) {
+  for (size_t i = 0; i < count; ++i) {
+    hit[i] = static_cast<bool>(Traversal<true>(scene, options, rays[i],
+                                               options.first_ray + static_cast<uint32_t>(i))
+                                   .run());
+  }
+}
+
+const char* target_name() { return hwy::TargetName(HWY_TARGET); }
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sinew
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sinew {
+
+HWY_EXPORT(closest_hits_kernel);
+HWY_EXPORT(any_hits_kernel);
+HWY_EXPORT(target_name);
+
+void closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
+                  const QueryOptions& options) {
+  SINEW_CHECK(rays.size() == hits.size());
+  HWY_DYNAMIC_DISPATCH(closest_hits_kernel)
+  (scene, rays.data(), hits.data(), rays.size(), options);
+}
+
+void any_hits(const SceneView& scene, std::span<const Ray> rays, std::span<uint8_t> hit,
+              const QueryOptions& options) {
+  SINEW_CHECK(rays.size() == hit.size());
+  HWY_DYNAMIC_DISPATCH(any_hits_kernel)(scene, rays.data(), hit.data(), rays.size(), options);
+}
+
+const char* kernel_target() { return HWY_DYNAMIC_DISPATCH(target_name)(); }
+
+}  // namespace sinew
+#endif

@@ -1,0 +1,132 @@
+// Checks every invariant of the traced layout; run after each pass in tests and debug builds.
+#include <string>
+
+#include "sinew/bvh/wide.h"
+
+namespace sinew {
+namespace {
+
+Box lane_box(const Node8& node, uint32_t lane) {
+  return {vec3(node.low[0][lane], node.low[1][lane], node.low[2][lane]),
+          vec3(node.high[0][lane], node.high[1][lane], node.high[2][lane])};
+}
+
+class Validator {
+ public:
+  Validator(const Bvh8Layout& layout, const Bvh8& bvh, std::span<const vec3> positions,
+            std::span<const uvec3> triangles)
+      : layout_(layout), bvh_(bvh), positions_(positions), triangles_(triangles) {}
+
+  std::string run() {
+    if (positions_.size() != layout_.vertex_count) return "vertex counts differ";
+    if (triangles_.size() != layout_.triangle_count) return "triangle counts differ";
+    if (bvh_.nodes.size() != layout_.children.size()) return "node counts differ";
+    if (bvh_.packets.size() != layout_.packet_vertices.size()) return "packet counts differ";
+    seen_nodes_.assign(bvh_.nodes.size(), 0);
+    seen_packets_.assign(bvh_.packets.size(), 0);
+    seen_primitives_.assign(triangles_.size(), 0);
+    if (bvh_.root == kNoChild) {
+      if (!triangles_.empty()) problem_ = "there are triangles, but no root";
+    } else {
+      walk(bvh_.root, bvh_.box, 1);
+    }
+    for (size_t i = 0; i < seen_primitives_.size(); ++i) {
+      if (!seen_primitives_[i]) report("triangle " + std::to_string(i) + " is in no leaf");
+    }
+    check_treelets();
+    return problem_;
+  }
+
+ private:
+  void report(const std::string& problem) {
+    if (problem_.empty()) problem_ = problem;
+  }
+
+  void walk(uint32_t word, const Box& outer, uint32_t depth) {
+    if (!problem_.empty()) return;
+    if (depth > kMaxDepth) return report("deeper than kMaxDepth");
+    if (is_leaf_word(word)) return check_leaf(word, outer);
+    if (is_treelet_word(word)) return report("a treelet word is left in a made tree");
+    if (word >= bvh_.nodes.size()) return report("a child word is out of range");
+    if (seen_nodes_[word]++) return report("node " + std::to_string(word) + " has two parents");
+    const Node8& node = bvh_.nodes[word];
+    for (uint32_t lane = 0; lane < kWidth; ++lane) {
+      const Box box = lane_box(node, lane);
+      if (node.child[lane] == kNoChild) {
+        if (!box.empty()) report("an absent child has a box");
+        continue;
+      }
+      if (lane > 0 && node.child[lane - 1] == kNoChild) report("absent children must stand last");
+      if (!outer.contains(box)) report("node " + std::to_string(word) + " leaves its parent's box");
+      walk(node.child[lane], box, depth + 1);
+    }
+  }
+
+  void check_leaf(uint32_t word, const Box& box) {
+    const uint32_t first = leaf_first(word), count = leaf_packets(word);
+    if (size_t{first} + count > bvh_.packets.size()) return report("a leaf is out of range");
+    for (uint32_t p = first; p < first + count; ++p) {
+      if (seen_packets_[p]++) report("packet " + std::to_string(p) + " is in two leaves");
+      for (uint32_t lane = 0; lane < kPacket; ++lane) check_lane(p, lane, box);
+    }
+  }
+
+  void check_lane(uint32_t p, uint32_t lane, const Box& box) {
+    const TrianglePacket& packet = bvh_.packets[p];
+    const uint32_t primitive = packet.primitive[lane];
+    if (primitive == kNoPrimitive) {
+      if (lane == 0) report("packet " + std::to_string(p) + " is empty");
+      return;
+    }
+    if (primitive >= triangles_.size()) return report("a primitive is out of range");
+    if (seen_primitives_[primitive]++) {
+      return report("triangle " + std::to_string(primitive) + " is in two places");
+    }
+    for (int corner = 0; corner < 3; ++corner) {
+      const uint32_t vertex = layout_.packet_vertices[p].v[lane][corner];
+      if (vertex != triangles_[primitive][corner]) return report("a packet's vertices are wrong");
+      const vec3 at = positions_[vertex];
+      const vec3 packed(packet.v[corner][0][lane], packet.v[corner][1][lane],
+                        packet.v[corner][2][lane]);
+      if (packed != at) {
+        return report("triangle " + std::to_string(primitive) + " is stale: its packed vertex " +
+                      std::to_string(vertex) + " is not where the body has it");
+      }
+      if (!box.contains(at)) {
+        return report("triangle " + std::to_string(primitive) + " leaves its leaf's box");
+      }
+    }
+  }
+
+  void check_treelets() {
+    for (size_t t = 0; t < layout_.treelets.size(); ++t) {
+      const Treelet& treelet = layout_.treelets[t];
+      if (treelet.first_node + treelet.node_count > bvh_.nodes.size() ||
+          treelet.first_packet + treelet.packet_count > bvh_.packets.size() ||
+          treelet.packet_count == 0) {
+        return report("treelet " + std::to_string(t) + " is out of range");
+      }
+      if (layout_.upper_nodes > 0 &&
+          layout_.children[treelet.parent_node][treelet.parent_lane] !=
+              treelet_word(static_cast<uint32_t>(t))) {
+        return report("treelet " + std::to_string(t) + " is not where its parent has it");
+      }
+    }
+  }
+
+  const Bvh8Layout& layout_;
+  const Bvh8& bvh_;
+  std::span<const vec3> positions_;
+  std::span<const uvec3> triangles_;
+  std::vector<uint8_t> seen_nodes_, seen_packets_, seen_primitives_;
+  std::string problem_;
+};
+
+}  // namespace
+
+std::string validate(const Bvh8Layout& layout, const Bvh8& bvh, std::span<const vec3> positions,
+                     std::span<const uvec3> triangles) {
+  return Validator(layout, bvh, positions, triangles).run();
+}
+
+}  // namespace sinew

@@ -1,0 +1,205 @@
+// Atomic writing and checked reading of whole files, with POSIX calls (whose error numbers tell
+// what a user can do). The temporary file is made by open(2), so the umask decides about its
+// permissions, as for any new file.
+#include "sinew/io/output_file.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <new>
+
+namespace sinew {
+namespace {
+
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() { close(); }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+
+  int get() const { return fd_; }
+  // 0 or the error number; some file systems report a full disk only here.
+  int close() {
+    const int fd = std::exchange(fd_, -1);
+    return fd >= 0 && ::close(fd) != 0 ? errno : 0;
+  }
+
+ private:
+  int fd_;
+};
+
+tl::unexpected<Error> output_error(const std::string& path, int error_number) {
+  Error error{ErrorKind::output, path, "", "cannot be written: ", ""};
+  switch (error_number) {
+    case ENOENT:
+      error.problem += "its folder does not exist";
+      error.remedy = "make the folder first";
+      break;
+    case ENOTDIR:
+      error.problem += "a part of its path is a file, not a folder";
+      error.remedy = "give another path";
+      break;
+    case EISDIR:
+      error.problem += "it is a folder";
+      error.remedy = "give the name of a file in it";
+      break;
+    case EACCES:
+    case EPERM:
+    case EROFS:
+      error.problem += "no permission";
+      error.remedy = "choose a folder you may write to";
+      break;
+    case ENOSPC:
+    case EDQUOT:
+      error.problem += "the disk is full";
+      error.remedy = "free some space or choose another disk";
+      break;
+    default:
+      error.problem += std::strerror(error_number);
+      error.remedy = "give another path";
+  }
+  return fail(std::move(error));
+}
+
+// 0 or the error number.
+int write_all(int fd, std::span<const uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(fd, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return errno;
+    bytes = bytes.subspan(static_cast<size_t>(written));
+  }
+  return 0;
+}
+
+struct Target {
+  std::filesystem::path path;  // links followed, so that renaming replaces the file, not the link
+  bool special = false;        // a device or pipe: it is written to, never replaced
+};
+
+Result<Target> find_target(const std::string& path) {
+  if (path.empty()) {
+    return fail({ErrorKind::output, "", "", "the output has no name", "give a file name"});
+  }
+  std::error_code ignored;
+  Target target{std::filesystem::weakly_canonical(path, ignored)};
+  if (ignored || path.back() == '/') target.path = path;
+  struct stat status {};
+  if (::stat(target.path.c_str(), &status) != 0) {
+    if (errno != ENOENT) return output_error(path, errno);
+    if (path.back() == '/') return output_error(path, EISDIR);
+    return target;
+  }
+  if (S_ISDIR(status.st_mode)) return output_error(path, EISDIR);
+  target.special = !S_ISREG(status.st_mode);
+  return target;
+}
+
+// Makes a new file beside `target` and opens it; -1 and errno if that fails.
+int open_temporary(const std::filesystem::path& target, std::filesystem::path& name) {
+  static std::atomic<uint32_t> counter{0};
+  for (int attempt = 0; attempt < 1000; ++attempt) {
+    name = target.parent_path() / (".sinew-" + std::to_string(::getpid()) + "-" +
+                                   std::to_string(counter.fetch_add(1)) + ".tmp");
+    const int fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    if (fd >= 0 || errno != EEXIST) return fd;
+  }
+  return -1;
+}
+
+Result<void> write_special(const std::string& path, const Target& target,
+                           std::span<const uint8_t> bytes) {
+  Descriptor file(::open(target.path.c_str(), O_WRONLY | O_CLOEXEC));
+  if (file.get() < 0) return output_error(path, errno);
+  int problem = write_all(file.get(), bytes);
+  if (problem == 0) problem = file.close();
+  if (problem != 0) return output_error(path, problem);
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_file(const std::string& path, std::span<const uint8_t> bytes) {
+  if (path == "-") {
+    const int problem = write_all(STDOUT_FILENO, bytes);
+    if (problem != 0) return output_error("standard output", problem);
+    return {};
+  }
+  SINEW_TRY(const Target target, find_target(path));
+  if (target.special) return write_special(path, target, bytes);
+
+  std::filesystem::path temporary;
+  Descriptor file(open_temporary(target.path, temporary));
+  if (file.get() < 0) return output_error(path, errno);
+  int problem = write_all(file.get(), bytes);
+  if (problem == 0) problem = file.close();
+  if (problem == 0 && ::rename(temporary.c_str(), target.path.c_str()) != 0) problem = errno;
+  if (problem != 0) {
+    ::unlink(temporary.c_str());
+    return output_error(path, problem);
+  }
+  return {};
+}
+
+Result<void> write_file(const std::string& path, std::string_view text) {
+  return write_file(path, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
+}
+
+Result<void> check_writable(const std::string& path) {
+  if (path == "-") return {};
+  SINEW_TRY(const Target target, find_target(path));
+  if (target.special) {
+    if (::access(target.path.c_str(), W_OK) != 0) return output_error(path, errno);
+    return {};
+  }
+  std::filesystem::path temporary;
+  const Descriptor file(open_temporary(target.path, temporary));
+  if (file.get() < 0) return output_error(path, errno);
+  ::unlink(temporary.c_str());
+  return {};
+}
+
+Result<std::string> read_file(const std::string& path, uint64_t limit) {
+  const auto failure = [&](std::string problem, std::string remedy) {
+    return fail({ErrorKind::bad_input, path, "", std::move(problem), std::move(remedy)});
+  };
+  // Not blocking: opening a pipe that nobody writes to must not wait for ever.
+  Descriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
+  if (file.get() < 0 && (errno == ENOENT || errno == ENOTDIR)) {
+    return failure("does not exist", "check the path");
+  }
+  struct stat status {};
+  if (file.get() < 0 || ::fstat(file.get(), &status) != 0) {
+    return failure(std::string("cannot be opened: ") + std::strerror(errno), "");
+  }
+  if (!S_ISREG(status.st_mode)) return failure("is not a regular file", "give a file");
+  const auto size = static_cast<uint64_t>(status.st_size);
+  if (size > limit) {
+    return failure("has " + std::to_string(size) + " bytes, but at most " + std::to_string(limit) +
+                       " are allowed",
+                   "raise the memory limit or use a smaller file");
+  }
+  std::string bytes;
+  try {
+    bytes.resize(size);
+  } catch (const std::bad_alloc&) {
+    return failure("is too large for this machine's memory", "");
+  }
+  size_t filled = 0;
+  while (filled < bytes.size()) {
+    const ssize_t count = ::read(file.get(), bytes.data() + filled, bytes.size() - filled);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return failure(std::string("cannot be read: ") + std::strerror(errno), "");
+    if (count == 0) return failure("shrank while it was read", "try again");
+    filled += static_cast<size_t>(count);
+  }
+  return bytes;
+}
+
+}  // namespace sinew

@@ -1,0 +1,81 @@
+// From a Scene to a World: one object a scene object, and the clip that moves them.
+#include <charconv>
+#include <map>
+
+#include "sinew/world/world_impl.h"
+
+namespace sinew {
+namespace {
+
+bool has_holes(const Scene& scene, const Mesh& mesh) {
+  for (const MeshPart& part : mesh.parts) {
+    if (scene.materials[part.material].alpha_mode != AlphaMode::opaque) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Result<int> find_clip(const Scene& scene, const std::string& name) {
+  const int count = static_cast<int>(scene.clips.size());
+  if (name.empty()) return count > 0 ? 0 : kRestPose;
+  for (int i = 0; i < count; ++i) {
+    if (scene.clips[i].name == name) return i;
+  }
+  if (name == "rest") return kRestPose;
+  int index = 0;
+  const auto [end, error] = std::from_chars(name.data(), name.data() + name.size(), index);
+  if (error == std::errc() && end == name.data() + name.size() && index >= 0 && index < count) {
+    return index;
+  }
+  std::string list;
+  for (int i = 0; i < count; ++i) {
+    list += (i > 0 ? ", " : "") + std::to_string(i) + " \"" + scene.clips[i].name + "\"";
+  }
+  return fail({ErrorKind::usage, scene.name, "", "there is no clip \"" + name + "\"",
+               count > 0 ? "it has " + list : "it has no clips; leave the option out"});
+}
+
+Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
+  World world;
+  World::Impl& w = *world.impl_;
+  w.scene = &scene;
+  SINEW_TRY(w.clip, find_clip(scene, options.clip));
+  const double start = w.clip == kRestPose ? 0.0 : scene.clips[w.clip].start;
+  sample(scene, w.clip, start, w.pose);
+
+  std::map<std::pair<uint32_t, bool>, BodyId> bodies;  // by mesh and whether it is skinned
+  for (size_t i = 0; i < scene.objects.size(); ++i) {
+    const SceneObject& object = scene.objects[i];
+    const Mesh& mesh = scene.meshes[object.mesh];
+    const std::pair<uint32_t, bool> key{object.mesh, object.skin >= 0};
+    auto found = bodies.find(key);
+    if (found == bodies.end()) {
+      SINEW_TRY(const BodyId body,
+                world.add_body({mesh.triangles, motion_of(mesh, object.skin >= 0),
+                                w.pose.objects[i], options.build}));
+      found = bodies.emplace(key, body).first;
+    }
+    SINEW_CHECKED(world.add_object(found->second, {.filtered = has_holes(scene, mesh)}));
+  }
+  SINEW_CHECKED(world.set_time(start));
+  return world;
+}
+
+Result<void> World::set_time(double seconds) {
+  Impl& w = *impl_;
+  if (w.scene == nullptr) {
+    return fail({ErrorKind::usage, "", "", "this world was not made by prepare()",
+                 "use set_pose and commit"});
+  }
+  sample(*w.scene, w.clip, seconds, w.pose);
+  for (size_t i = 0; i < w.pose.objects.size(); ++i) {
+    SINEW_CHECKED(set_pose(static_cast<ObjectId>(i), w.pose.objects[i]));
+  }
+  commit();
+  return {};
+}
+
+const ScenePose& World::pose() const { return impl_->pose; }
+
+}  // namespace sinew
