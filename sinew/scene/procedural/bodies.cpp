@@ -19,9 +19,9 @@ namespace {
 
 constexpr uint32_t kFrames = 280;
 constexpr double kFps = 25.0;
-constexpr uint32_t kShapes = 9;     // bodies beyond nine reuse the shapes, not the movement
+constexpr uint32_t kShapes = 9;  // bodies beyond nine reuse the shapes, not the movement
 constexpr uint32_t kTargets = 6;
-constexpr float kSpacing = 3.2f;    // metres between bodies of radius 1
+constexpr float kSpacing = 3.2f;  // metres between bodies of radius 1
 constexpr float kTwoPi = 6.28318531f;
 
 constexpr StudyParameter kParameters[] = {
@@ -35,9 +35,12 @@ constexpr StudyParameter kParameters[] = {
 // and a twist.
 vec3 displacement(uint32_t target, vec3 p) {
   switch (target) {
-    case 0: return p * (0.20f * (3.0f * p.x * p.x - 1.0f));
-    case 1: return p * (0.70f * p.y * p.z);
-    case 2: return p * (0.16f * (5.0f * p.y * p.y * p.y - 3.0f * p.y));
+    case 0:
+      return p * (0.20f * (3.0f * p.x * p.x - 1.0f));
+    case 1:
+      return p * (0.70f * p.y * p.z);
+    case 2:
+      return p * (0.16f * (5.0f * p.y * p.y * p.y - 3.0f * p.y));
     case 3: {
       const vec3 q = p * p;
       return p * (0.70f * (dot(q, q) - 0.6f));
@@ -45,7 +48,8 @@ vec3 displacement(uint32_t target, vec3 p) {
     case 4:
       return p * (0.075f * std::sin(6.0f * p.x) * std::cos(5.0f * p.y + 1.0f) *
                   std::sin(7.0f * p.z + 2.0f));
-    default: return 0.45f * p.x * cross(vec3(1.0f, 0.0f, 0.0f), p);
+    default:
+      return 0.45f * p.x * cross(vec3(1.0f, 0.0f, 0.0f), p);
   }
 }
 
@@ -172,7 +176,7 @@ CameraConfig camera_at(float frame, float scale) {
   if (i == 0) before.frame -= static_cast<float>(kFrames);
   const CameraKey from = key(i), to = key(i + 1), after = key(i + 2);
   const float span = to.frame - from.frame, u = (frame - from.frame) / span;
-  const auto hermite = [&](vec3 CameraKey::* member) {
+  const auto hermite = [&](vec3 CameraKey::*member) {
     const vec3 a = from.*member, b = to.*member;
     const vec3 ta = (b - before.*member) * (span / (to.frame - before.frame));
     const vec3 tb = (after.*member - a) * (span / (after.frame - from.frame));

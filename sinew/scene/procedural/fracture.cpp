@@ -18,11 +18,12 @@ namespace {
 constexpr uint32_t kFrames = 50;
 constexpr double kFps = 25.0;
 constexpr uint32_t kKeysPerFrame = 2;
-constexpr float kWhole = 0.16f;                // seconds before the first crack
-constexpr vec3 kBlast(0.03f, 0.55f, -0.04f);   // where the push comes from, metres
+constexpr float kWhole = 0.16f;               // seconds before the first crack
+constexpr vec3 kBlast(0.03f, 0.55f, -0.04f);  // where the push comes from, metres
 
 constexpr StudyParameter kParameters[] = {
-    {"triangles", "number of triangles of the shell, 10000 to 4000000, at least 60 a piece", "250880"},
+    {"triangles", "number of triangles of the shell, 10000 to 4000000, at least 60 a piece",
+     "250880"},
     {"pieces", "number of pieces, 2 to 2000", "200"},
 };
 
@@ -51,7 +52,8 @@ FlightConfig throw_piece(const Piece& piece, uint32_t index) {
   const float depth = glm::clamp(1.45f - piece.center.y, 0.0f, 1.45f);
   flight.start = kWhole + 0.16f * depth;
   const vec3 direction = normalize(away + 0.22f * random.direction());
-  flight.velocity = random.uniform(1.3f, 2.9f) * direction + vec3(0.0f, random.uniform(0.8f, 2.2f), 0.0f);
+  flight.velocity =
+      random.uniform(1.3f, 2.9f) * direction + vec3(0.0f, random.uniform(0.8f, 2.2f), 0.0f);
   flight.spin = random.uniform(1.0f, 9.0f) * random.direction();
   flight.restitution = 0.28f;
   return flight;
@@ -84,8 +86,7 @@ void add_flight(Scene& scene, const Mesh& shell, uint32_t pieces) {
     const uint32_t node = add_node(scene, "piece " + std::to_string(i + 1), parts[i].center,
                                    static_cast<int32_t>(root));
     skin.joints.push_back(node);
-    skin.inverse_bind.push_back(
-        trs(-parts[i].center, glm::identity<quat>(), vec3(1.0f)));
+    skin.inverse_bind.push_back(trs(-parts[i].center, glm::identity<quat>(), vec3(1.0f)));
     std::vector<vec3> centers;
     std::vector<quat> rotations;
     for (const PiecePose& pose : poses[i]) {
@@ -101,8 +102,9 @@ void add_flight(Scene& scene, const Mesh& shell, uint32_t pieces) {
 
 void add_ground(Scene& scene) {
   scene.images.push_back(paint_image(512, 512, [](float u, float v) {
-    const float ripple = 0.5f + 0.5f * std::sin(6.28318531f * 4.0f * v +
-                                               1.6f * fractal_noise(vec3(3.0f * u, 3.0f * v, 0.0f), 3, 8));
+    const float ripple =
+        0.5f + 0.5f * std::sin(6.28318531f * 4.0f * v +
+                               1.6f * fractal_noise(vec3(3.0f * u, 3.0f * v, 0.0f), 3, 8));
     const float grain = fractal_noise(vec3(90.0f * u, 90.0f * v, 3.0f), 2, 9);
     return vec3(0.62f, 0.50f, 0.37f) * (0.86f + 0.12f * ripple + 0.22f * grain);
   }));

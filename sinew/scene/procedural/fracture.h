@@ -26,9 +26,9 @@ struct PiecePose {
 
 // One piece, thrown at `start` seconds and bouncing on the plane y = 0.
 struct FlightConfig {
-  vec3 velocity{0.0f};   // m/s
-  vec3 spin{0.0f};       // rad/s
-  float start = 0.0f;    // seconds
+  vec3 velocity{0.0f};  // m/s
+  vec3 spin{0.0f};      // rad/s
+  float start = 0.0f;   // seconds
   float gravity = 9.81f;
   float restitution = 0.25f;
   float friction = 0.5f;

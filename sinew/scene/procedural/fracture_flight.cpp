@@ -26,8 +26,8 @@ std::vector<vec3> support_points(std::span<const vec3> points, vec3 center) {
   std::vector<vec3> support;
   for (int i = 0; i < 32; ++i) {
     const vec3 direction = random.direction();
-    const vec3 farthest = *std::ranges::max_element(
-        points, {}, [&](const vec3& p) { return dot(p, direction); });
+    const vec3 farthest =
+        *std::ranges::max_element(points, {}, [&](const vec3& p) { return dot(p, direction); });
     support.push_back(farthest - center);
   }
   return support;

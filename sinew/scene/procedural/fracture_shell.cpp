@@ -66,8 +66,8 @@ CutSphere cut_sphere(uint32_t frequency, std::span<const vec3> seeds) {
       const auto& p = cut.sphere.positions;
       vec3 q = normalize(p[v.x] + p[v.y] + p[v.z]);
       const vec3 at = q * frequency_of_noise * 0.3f;
-      q += roughness * vec3(fractal_noise(at, 3, 1), fractal_noise(at, 3, 11),
-                            fractal_noise(at, 3, 21));
+      q += roughness *
+           vec3(fractal_noise(at, 3, 1), fractal_noise(at, 3, 11), fractal_noise(at, 3, 21));
       float best = std::numeric_limits<float>::infinity();
       for (uint32_t s = 0; s < seeds.size(); ++s) {
         const float d = dot(q - seeds[s], q - seeds[s]);
@@ -90,7 +90,8 @@ uint32_t shell_triangles(const CutSphere& cut) {
 // The finest grid that does not exceed `triangles`.
 CutSphere cut_for(uint32_t triangles, std::span<const vec3> seeds) {
   // Triangles are 40 f^2 + b f, with b for the borders; learn b from one cut.
-  uint32_t f = std::max(2u, static_cast<uint32_t>(std::sqrt(static_cast<float>(triangles) / 60.0f)));
+  uint32_t f =
+      std::max(2u, static_cast<uint32_t>(std::sqrt(static_cast<float>(triangles) / 60.0f)));
   CutSphere cut = cut_sphere(f, seeds);
   const float b = 4.0f * static_cast<float>(cut.border_edges) / static_cast<float>(f);
   const float t = static_cast<float>(triangles);
@@ -210,8 +211,8 @@ class ShellBuilder {
         set_vertex(fans() + fan, egg_point(d[v], 1.0f - kThickness), -normals[v], yolk, joint);
         if (middle_[fan] == kNoHalfEdge) continue;
         const vec3 at = 30.0f * d[v];
-        const vec3 rough = 0.02f * vec3(gradient_noise(at, 41), gradient_noise(at, 42),
-                                        gradient_noise(at, 43));
+        const vec3 rough =
+            0.02f * vec3(gradient_noise(at, 41), gradient_noise(at, 42), gradient_noise(at, 43));
         set_vertex(middle_[fan], egg_point(normalize(d[v] + rough), 1.0f - 0.5f * kThickness),
                    normals[v], chalk, joint);
       }
@@ -260,8 +261,8 @@ class ShellBuilder {
 // Cuts inner triangles in three at their middles, evenly spread, until there are `triangles`.
 void split_inner_triangles(Mesh& mesh, uint32_t triangles) {
   const uint32_t have = static_cast<uint32_t>(mesh.triangles.size());
-  const uint32_t inner = static_cast<uint32_t>(
-      std::ranges::count(mesh.triangle_part, uint32_t{kShellInside}));
+  const uint32_t inner =
+      static_cast<uint32_t>(std::ranges::count(mesh.triangle_part, uint32_t{kShellInside}));
   const uint32_t splits = triangles > have ? std::min((triangles - have) / 2, inner) : 0;
   uint32_t seen = 0;
   for (uint32_t t = 0; t < have; ++t) {

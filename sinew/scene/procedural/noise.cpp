@@ -22,7 +22,9 @@ float edge_gradient(uint32_t hash, float x, float y, float z) {
   return ((h & 1) ? -u : u) + ((h & 2) ? -v : v);
 }
 
-float fade(float t) { return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f); }
+float fade(float t) {
+  return t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f);
+}
 
 }  // namespace
 
@@ -34,9 +36,9 @@ float gradient_noise(vec3 p, uint32_t seed) {
   float corner[8];
   for (int i = 0; i < 8; ++i) {
     const int dx = i & 1, dy = (i >> 1) & 1, dz = i >> 2;
-    corner[i] = edge_gradient(lattice_hash(x + dx, y + dy, z + dz, seed),
-                              f.x - static_cast<float>(dx), f.y - static_cast<float>(dy),
-                              f.z - static_cast<float>(dz));
+    corner[i] =
+        edge_gradient(lattice_hash(x + dx, y + dy, z + dz, seed), f.x - static_cast<float>(dx),
+                      f.y - static_cast<float>(dy), f.z - static_cast<float>(dz));
   }
   const float u = fade(f.x), v = fade(f.y), w = fade(f.z);
   const auto mix = [](float a, float b, float t) { return a + t * (b - a); };

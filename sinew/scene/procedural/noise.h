@@ -21,9 +21,9 @@ float fractal_noise(vec3 p, uint32_t octaves, uint32_t seed);
 struct Cells {
   float nearest = 0.0f;
   float second = 0.0f;
-  vec3 to_nearest{0.0f};   // from p to the point
+  vec3 to_nearest{0.0f};  // from p to the point
   vec3 to_second{0.0f};
-  uint32_t id = 0;         // of the nearest point
+  uint32_t id = 0;  // of the nearest point
 };
 // `jitter` in [0, 1]: how far points stray from the centres of their cells.
 Cells cellular_noise(vec3 p, float jitter, uint32_t seed);

@@ -15,8 +15,8 @@ constexpr float kTwoPi = 6.28318530718f;
 constexpr float kIcosahedronArc = 1.10714871779f;  // angle between neighbouring corners: atan 2
 
 constexpr std::array<std::array<uint32_t, 3>, 20> kFaces{{
-    {0, 1, 2},  {0, 2, 3},  {0, 3, 4},  {0, 4, 5},   {0, 5, 1},  {1, 6, 2},  {2, 6, 7},
-    {2, 7, 3},  {3, 7, 8},  {3, 8, 4},  {4, 8, 9},   {4, 9, 5},  {5, 9, 10}, {5, 10, 1},
+    {0, 1, 2},  {0, 2, 3},  {0, 3, 4},  {0, 4, 5},  {0, 5, 1},   {1, 6, 2},   {2, 6, 7},
+    {2, 7, 3},  {3, 7, 8},  {3, 8, 4},  {4, 8, 9},  {4, 9, 5},   {5, 9, 10},  {5, 10, 1},
     {1, 10, 6}, {11, 7, 6}, {11, 8, 7}, {11, 9, 8}, {11, 10, 9}, {11, 6, 10},
 }};
 
@@ -89,7 +89,8 @@ TriangleSurface geodesic_sphere(uint32_t frequency) {
     size_t next = size_t{face} * f * f;
     for (uint32_t j = 0; j < f; ++j) {
       for (uint32_t i = 0; i + j < f; ++i) {
-        sphere.triangles[next++] = {index(face, i, j), index(face, i + 1, j), index(face, i, j + 1)};
+        sphere.triangles[next++] = {index(face, i, j), index(face, i + 1, j),
+                                    index(face, i, j + 1)};
         if (i + j + 1 < f) {
           sphere.triangles[next++] = {index(face, i + 1, j), index(face, i + 1, j + 1),
                                       index(face, i, j + 1)};
@@ -166,8 +167,7 @@ Mesh make_disc(const DiscConfig& config, uint32_t material) {
     add_ring(radius, 0.0f, upwards, radius / config.ring_height);
   }
   add_ring(config.radius, 0.0f, outwards, config.radius / config.ring_height);
-  add_ring(config.radius, -config.rim, outwards,
-           (config.radius + config.rim) / config.ring_height);
+  add_ring(config.radius, -config.rim, outwards, (config.radius + config.rim) / config.ring_height);
   for (uint32_t r = 0; r < config.rings + 2; ++r) {
     if (r == config.rings) continue;  // from the top to the doubled ring of the rim
     for (uint32_t s = 0; s < config.sectors; ++s) {
@@ -229,7 +229,7 @@ std::vector<vec3> vertex_normals(std::span<const vec3> positions,
 
 std::vector<uint32_t> opposite_half_edges(std::span<const uvec3> triangles) {
   struct Entry {
-    uint64_t edge;       // the lesser and the greater vertex
+    uint64_t edge;  // the lesser and the greater vertex
     uint32_t half_edge;
   };
   std::vector<Entry> entries(3 * triangles.size());

@@ -44,8 +44,7 @@ Mesh make_disc(const DiscConfig& config, uint32_t material);
 Mesh make_box(vec3 low, vec3 high, bool inward, uint32_t material);
 
 // Area-weighted unit normals of the vertices.
-std::vector<vec3> vertex_normals(std::span<const vec3> positions,
-                                 std::span<const uvec3> triangles);
+std::vector<vec3> vertex_normals(std::span<const vec3> positions, std::span<const uvec3> triangles);
 
 // Half-edge 3 t + k runs from corner k to corner k + 1 of triangle t. Entry h is the half-edge that
 // runs the other way, or kNoHalfEdge if there is none, or if the edge has more than two triangles.

@@ -20,7 +20,7 @@ namespace {
 constexpr uint32_t kKeys = 5;
 constexpr double kFps = 25.0;
 constexpr float kTwoPi = 6.28318531f;
-constexpr vec3 kMiddle(0.0f, 1.75f, 0.0f);   // of the art piece, metres
+constexpr vec3 kMiddle(0.0f, 1.75f, 0.0f);  // of the art piece, metres
 
 constexpr StudyParameter kParameters[] = {
     {"triangles", "number of independent triangles of the art piece, 1 to 1000000", "65536"},
@@ -34,10 +34,14 @@ struct Place {
   float area;
 };
 
-float fraction(double x) { return static_cast<float>(x - std::floor(x)); }
+float fraction(double x) {
+  return static_cast<float>(x - std::floor(x));
+}
 
 // Turn of point i of the golden-ratio sequence, in [0, 1): well spread for any range of i.
-float golden_turn(uint32_t i) { return fraction(0.6180339887498949 * i); }
+float golden_turn(uint32_t i) {
+  return fraction(0.6180339887498949 * i);
+}
 
 // Spherical Fibonacci points, from the upper pole to the lower.
 Place on_sphere(uint32_t i, float s, float share) {
@@ -103,9 +107,11 @@ Place in_cloud(uint32_t i, float, float share) {
 }
 
 std::array<vec3, 3> corners_of(const Place& place, float spin) {
-  const vec3 helper = std::abs(place.normal.y) < 0.9f ? vec3(0.0f, 1.0f, 0.0f) : vec3(1.0f, 0.0f, 0.0f);
+  const vec3 helper =
+      std::abs(place.normal.y) < 0.9f ? vec3(0.0f, 1.0f, 0.0f) : vec3(1.0f, 0.0f, 0.0f);
   const vec3 x = normalize(cross(helper, place.normal)), z = cross(place.normal, x);
-  const float radius = std::sqrt(place.area / 1.29903811f);  // equilateral: area = 3 sqrt(3) / 4 r^2
+  const float radius =
+      std::sqrt(place.area / 1.29903811f);  // equilateral: area = 3 sqrt(3) / 4 r^2
   std::array<vec3, 3> corners;
   for (int k = 0; k < 3; ++k) {
     const float angle = kTwoPi * (spin + static_cast<float>(k) / 3.0f);
@@ -172,7 +178,8 @@ void add_materials(Scene& scene) {
   for (uint32_t i = 0; i < 4; ++i) {  // pictures: hills of four moods
     const int32_t image = static_cast<int32_t>(scene.images.size());
     scene.images.push_back(paint_image(128, 96, [i](float u, float v) {
-      const float hill = 0.55f + 0.5f * fractal_noise(vec3(2.5f * u, static_cast<float>(i), 0.5f), 3, i);
+      const float hill =
+          0.55f + 0.5f * fractal_noise(vec3(2.5f * u, static_cast<float>(i), 0.5f), 3, i);
       const float t = 0.25f * static_cast<float>(i) + (v < hill ? 0.3f * v : 0.45f + 0.2f * v);
       return 0.75f * vec3(triangle_color(0.66f * t));
     }));
@@ -194,7 +201,8 @@ void add_picture(Scene& scene, vec3 center, vec3 normal, uint32_t material) {
   const vec3 front = center + 0.035f * normal;
   Mesh canvas;
   canvas.name = "picture";
-  canvas.positions = {front - right - up, front + right - up, front + right + up, front - right + up};
+  canvas.positions = {front - right - up, front + right - up, front + right + up,
+                      front - right + up};
   canvas.normals.assign(4, normal);
   canvas.texcoords[0] = {{0.0f, 1.0f}, {1.0f, 1.0f}, {1.0f, 0.0f}, {0.0f, 0.0f}};
   canvas.triangles = {{0, 1, 2}, {0, 2, 3}};

@@ -16,7 +16,7 @@ uint32_t add_node(Scene& scene, std::string name, vec3 translation = vec3(0.0f),
 uint32_t add_mesh_node(Scene& scene, Mesh mesh, int32_t parent = -1);
 
 struct SunConfig {
-  vec3 from{1.0f};           // direction towards the light
+  vec3 from{1.0f};  // direction towards the light
   vec3 color{1.0f};
   float lux = 3.0f;
 };
@@ -26,7 +26,7 @@ uint32_t add_lamp(Scene& scene, std::string name, vec3 position, vec3 color, flo
 struct CameraConfig {
   vec3 eye{0.0f, 1.0f, 5.0f};
   vec3 target{0.0f};
-  float yfov = 0.6f;         // radians
+  float yfov = 0.6f;  // radians
 };
 uint32_t add_camera(Scene& scene, std::string name, const CameraConfig& config,
                     int32_t parent = -1);

@@ -74,8 +74,7 @@ tl::unexpected<Error> StudyArguments::rejected(std::string_view name,
                std::string(find_parameter(*info_, name)->meaning));
 }
 
-Result<uint32_t> StudyArguments::integer(std::string_view name, uint32_t low,
-                                         uint32_t high) const {
+Result<uint32_t> StudyArguments::integer(std::string_view name, uint32_t low, uint32_t high) const {
   uint32_t value = 0;
   if (!read_number(text_of(name), value) || value < low || value > high) {
     return rejected(name, fmt::format("a whole number from {} to {}", low, high));

@@ -21,7 +21,8 @@ class StudyArguments {
   Result<uint32_t> integer(std::string_view name, uint32_t low, uint32_t high) const;
   Result<double> number(std::string_view name, double low, double high) const;
   // The index of the value among `words`.
-  Result<uint32_t> choice(std::string_view name, std::initializer_list<std::string_view> words) const;
+  Result<uint32_t> choice(std::string_view name,
+                          std::initializer_list<std::string_view> words) const;
 
  private:
   std::string_view text_of(std::string_view name) const;

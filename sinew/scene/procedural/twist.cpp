@@ -18,9 +18,9 @@ namespace {
 constexpr uint32_t kFrames = 50;
 constexpr double kFps = 25.0;
 constexpr uint32_t kJoints = 24;
-constexpr float kHeight = 2.6f;      // metres
+constexpr float kHeight = 2.6f;  // metres
 constexpr float kHalfWidth = 0.34f;
-constexpr float kRounding = 0.10f;   // radius of the edges of the two ends
+constexpr float kRounding = 0.10f;  // radius of the edges of the two ends
 constexpr float kTwoPi = 6.28318531f;
 
 constexpr StudyParameter kParameters[] = {
@@ -83,7 +83,8 @@ Mesh make_bar(uint32_t triangles) {
       bar.colors[i] = bar_color(bar.positions[i]);
       // Joint j rests at height j * kHeight / (kJoints - 1).
       const float s = bar.positions[i].y / kHeight * static_cast<float>(kJoints - 1);
-      const int middle = std::clamp(static_cast<int>(std::lround(s)), 0, static_cast<int>(kJoints) - 1);
+      const int middle =
+          std::clamp(static_cast<int>(std::lround(s)), 0, static_cast<int>(kJoints) - 1);
       const float d = s - static_cast<float>(middle);
       const float below = 0.5f * (0.5f - d) * (0.5f - d), above = 0.5f * (0.5f + d) * (0.5f + d);
       const std::array<float, 3> weights{below, 1.0f - below - above, above};
@@ -124,13 +125,13 @@ void add_chain(Scene& scene) {
     const uint32_t node = add_node(scene, "joint " + std::to_string(joint), offset, parent);
     parent = static_cast<int32_t>(node);
     skin.joints.push_back(node);
-    skin.inverse_bind.push_back(
-        trs(vec3(0.0f, -kStep * static_cast<float>(joint), 0.0f), glm::identity<quat>(), vec3(1.0f)));
+    skin.inverse_bind.push_back(trs(vec3(0.0f, -kStep * static_cast<float>(joint), 0.0f),
+                                    glm::identity<quat>(), vec3(1.0f)));
     std::vector<quat> keys;
     for (size_t k = 0; k < times.size(); ++k) {
       const size_t phase = k % (times.size() - 1);  // the last key is the first
-      keys.push_back(joint_rotation(joint, static_cast<float>(phase) /
-                                               static_cast<float>(times.size() - 1)));
+      keys.push_back(
+          joint_rotation(joint, static_cast<float>(phase) / static_cast<float>(times.size() - 1)));
     }
     clip.channels.push_back(rotation_channel(node, times, keys));
   }
