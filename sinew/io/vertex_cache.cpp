@@ -19,6 +19,7 @@ static_assert(std::endian::native == std::endian::little, "PC2 is read as it lie
 
 constexpr char kMagic[12] = "POINTCACHE2";
 constexpr size_t kHeaderBytes = 32;
+constexpr float kLongest = 1e7f;  // seconds
 
 template <class T>
 T value_at(const std::string& bytes, size_t offset) {
@@ -105,7 +106,7 @@ Result<Scene> load_vertex_cache(const std::string& base, const std::string& cach
   std::vector<float> times(cache.samples);
   for (uint32_t i = 0; i < cache.samples; ++i) {
     times[i] = static_cast<float>(i * static_cast<double>(cache.sample_rate) / kCacheFps);
-    if (!std::isfinite(times[i]) || (i > 0 && times[i] <= times[i - 1])) {
+    if (times[i] > kLongest || (i > 0 && times[i] <= times[i - 1])) {
       return cache_error(cache_path, "header", "its sample rate is absurd");
     }
   }
