@@ -109,7 +109,8 @@ void World::Impl::build_instances() {
                          .object = static_cast<uint32_t>(id),
                          .mask = object.desc.mask,
                          .in_place = object.in_place,
-                         .filtered = object.desc.filtered});
+                         .filtered = object.desc.filtered,
+                         .single_sided = object.desc.single_sided});
     boxes.push_back(padded(object));
   }
   build_top(boxes, top);
