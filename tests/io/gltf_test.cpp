@@ -122,9 +122,9 @@ TEST(Gltf, BuffersMustHoldWhatTheySay) {
   expect_contains(error({{"byteLength", 36}, {"uri", "missing.bin"}}),
                   "buffer 0: cannot read \"missing.bin\"");
   expect_contains(error({{"byteLength", 36}, {"uri", "../a.bin"}}),
-                  "not within the asset's folder");
-  expect_contains(error({{"byteLength", 36}, {"uri", "%2E%2E/a.bin"}}), "not within");
-  expect_contains(error({{"byteLength", 36}, {"uri", "/etc/passwd"}}), "not within");
+                  "not a file within the asset's folder");
+  expect_contains(error({{"byteLength", 36}, {"uri", "%2E%2E/a.bin"}}), "not a file within");
+  expect_contains(error({{"byteLength", 36}, {"uri", "/etc/passwd"}}), "not a file within");
   expect_contains(error({{"byteLength", 36}, {"uri", "file:///etc/passwd"}}), "only files in");
   expect_contains(error({{"byteLength", 36}, {"uri", 7}}), "\"uri\" is not a text");
   expect_contains(error({{"byteLength", -1}, {"uri", "a.bin"}}), "\"byteLength\" is not a whole");

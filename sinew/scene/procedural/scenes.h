@@ -1,0 +1,21 @@
+// The study scenes, one source file each. study.cpp lists them.
+#pragma once
+
+#include "sinew/scene/procedural/study_arguments.h"
+#include "sinew/scene/study.h"
+
+namespace sinew {
+
+extern const StudyInfo creature_info;
+extern const StudyInfo twist_info;
+extern const StudyInfo soup_info;
+extern const StudyInfo fracture_info;
+extern const StudyInfo bodies_info;
+
+Result<Scene> make_creature(const StudyArguments& arguments);
+Result<Scene> make_twist(const StudyArguments& arguments);
+Result<Scene> make_soup(const StudyArguments& arguments);
+Result<Scene> make_fracture(const StudyArguments& arguments);
+Result<Scene> make_bodies(const StudyArguments& arguments);
+
+}  // namespace sinew
