@@ -7,9 +7,11 @@
 namespace sinew {
 namespace {
 
+// Whether some rays pass through the mesh: masks, blends and, from behind, single-sided surfaces.
 bool has_holes(const Scene& scene, const Mesh& mesh) {
   for (const MeshPart& part : mesh.parts) {
-    if (scene.materials[part.material].alpha_mode != AlphaMode::opaque) return true;
+    const Material& material = scene.materials[part.material];
+    if (material.alpha_mode != AlphaMode::opaque || !material.double_sided) return true;
   }
   return false;
 }
@@ -76,6 +78,8 @@ Result<void> World::set_time(double seconds) {
   return {};
 }
 
-const ScenePose& World::pose() const { return impl_->pose; }
+const ScenePose& World::pose() const {
+  return impl_->pose;
+}
 
 }  // namespace sinew
