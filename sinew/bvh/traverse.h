@@ -47,8 +47,8 @@ struct HitFilter {
 enum class Facing : uint8_t { any, front, back };
 
 struct QueryOptions {
-  Facing facing = Facing::any;
   uint32_t mask = 0xffffffffu;
+  Facing facing = Facing::any;
   HitFilter filter;
   uint32_t first_ray = 0;   // what the filter is told for rays[0]
 };
