@@ -2,6 +2,7 @@
 // on what float arithmetic may decide differently.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -16,16 +17,17 @@
 
 namespace sinew::test {
 
-// A triangle as the ray sees it. `margin` is how far the least edge function lies from zero, in
-// units of its float error bound: below 1, float may decide either way.
+// A triangle as the ray sees it. Float arithmetic may decide either way where edge functions lie
+// within its error bound of zero; then the triangle is neither surely hit nor surely missed.
 struct ExactHit {
-  bool hit = false;
-  double t = 0.0;
-  double t_error = 0.0;  // bound on the float error of t
-  double margin = 0.0;
+  bool sure_hit = false;   // of the plane region, whatever t is
+  bool sure_miss = false;
+  double t = 0.0;          // where the ray meets the plane
+  double t_error = 0.0;    // bound on the float error of t
 };
 
-inline ExactHit exact_hit(const Ray& ray, vec3 v0, vec3 v1, vec3 v2) {
+// `slack` bounds how far coordinates may be off before the test begins: the rounding of placements.
+inline ExactHit exact_hit(const Ray& ray, vec3 v0, vec3 v1, vec3 v2, double slack = 0.0) {
   constexpr double kUnit = 5.97e-8;
   const glm::dvec3 d(ray.direction), o(ray.origin);
   int kz = 0;
@@ -44,34 +46,33 @@ inline ExactHit exact_hit(const Ray& ray, vec3 v0, vec3 v1, vec3 v2) {
   }
   double e[3], det = 0, sum = 0, sum_abs = 0, error_abs = 0;
   ExactHit out;
-  out.margin = std::numeric_limits<double>::infinity();
-  bool negative = false, positive = false;
+  int negative = 0, positive = 0;  // edge functions that surely are
   for (int i = 0; i < 3; ++i) {
     const int a = (i + 2) % 3, b = (i + 1) % 3;
     e[i] = x[a] * y[b] - y[a] * x[b];
     // Every sheared coordinate carries about four roundings of its reach.
-    const double error = 4 * kUnit *
-                             (reach_x * (std::abs(y[a]) + std::abs(y[b])) +
-                              reach_y * (std::abs(x[a]) + std::abs(x[b]))) +
-                         32 * kUnit * kUnit * reach_x * reach_y;
-    out.margin = std::min(out.margin, std::abs(e[i]) / error);
-    negative |= e[i] < 0;
-    positive |= e[i] > 0;
+    const double off_x = 4 * kUnit * reach_x + 2 * slack, off_y = 4 * kUnit * reach_y + 2 * slack;
+    const double error = off_x * (std::abs(y[a]) + std::abs(y[b])) +
+                         off_y * (std::abs(x[a]) + std::abs(x[b])) + 2 * off_x * off_y;
+    negative += e[i] < -error;
+    positive += e[i] > error;
     det += e[i];
     sum += e[i] * z[i];
     sum_abs += std::abs(e[i] * z[i]);
     error_abs += error;
   }
+  out.sure_miss = negative > 0 && positive > 0;
+  out.sure_hit = negative == 3 || positive == 3;
   if (det == 0) return out;
   const double z_reach = std::max({std::abs(z[0]), std::abs(z[1]), std::abs(z[2])});
   out.t = sum / det;
   out.t_error = (error_abs * (z_reach + std::abs(out.t)) + 16 * kUnit * sum_abs) / std::abs(det) +
-                8 * kUnit * std::abs(out.t);
-  out.hit = !(negative && positive) && out.t >= ray.t_min && out.t <= ray.t_max;
+                8 * kUnit * std::abs(out.t) + 2 * slack / std::abs(d[kz]);
   return out;
 }
 
-// Where the closest hit may lie as far as float arithmetic can tell.
+// Where the closest hit may lie as far as float arithmetic can tell. `slack` is empty or holds one
+// value a triangle.
 struct Verdict {
   bool certain = false;         // exactly one answer is right: `primitive` (or nothing)
   uint32_t primitive = kNoObject;
@@ -80,22 +81,22 @@ struct Verdict {
 };
 
 inline Verdict brute_force(const Ray& ray, std::span<const vec3> positions,
-                           std::span<const uvec3> triangles) {
+                           std::span<const uvec3> triangles,
+                           std::span<const float> slack = {}) {
   Verdict best;
   double first_doubtful = std::numeric_limits<double>::infinity();
   std::vector<std::pair<double, double>> others;  // (t, error) of sure hits
   for (size_t i = 0; i < triangles.size(); ++i) {
     const uvec3 t = triangles[i];
-    const ExactHit hit = exact_hit(ray, positions[t.x], positions[t.y], positions[t.z]);
-    const bool range_doubt = std::abs(hit.t - ray.t_min) <= hit.t_error;
-    if (hit.margin < 1.0 || (hit.hit && range_doubt)) {
-      // An unsure triangle, or a degenerate one: it matters if it is not clearly behind the best.
-      if (std::isfinite(hit.t) && hit.t >= ray.t_min - hit.t_error) {
-        first_doubtful = std::min(first_doubtful, hit.t - hit.t_error);
-      }
+    const ExactHit hit = exact_hit(ray, positions[t.x], positions[t.y], positions[t.z],
+                                   slack.empty() ? 0.0 : double{slack[i]});
+    const bool sure_behind = hit.t < ray.t_min - hit.t_error || hit.t > ray.t_max + hit.t_error;
+    if (hit.sure_miss || sure_behind) continue;
+    const bool sure_ahead = hit.t > ray.t_min + hit.t_error && hit.t < ray.t_max - hit.t_error;
+    if (!hit.sure_hit || !sure_ahead) {
+      first_doubtful = std::min(first_doubtful, hit.t - hit.t_error);
       continue;
     }
-    if (!hit.hit) continue;
     others.emplace_back(hit.t, hit.t_error);
     if (hit.t < best.t) {
       best.primitive = static_cast<uint32_t>(i);

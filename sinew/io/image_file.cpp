@@ -230,6 +230,10 @@ Result<Image8> read_png(const std::string& path) {
   return decode_png(bytes, path);
 }
 
+bool is_image(std::span<const uint8_t> bytes) {
+  return is_png(bytes) || is_jpeg(bytes);
+}
+
 Result<ImageSize> image_size(std::span<const uint8_t> bytes, const std::string& name) {
   if (is_png(bytes)) return png_size(bytes, name);
   if (is_jpeg(bytes)) return jpeg_size(bytes, name);

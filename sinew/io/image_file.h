@@ -26,6 +26,9 @@ struct ImageSize {
   uint32_t width = 0;
   uint32_t height = 0;
 };
+// Whether the bytes begin as a PNG or JPEG does.
+bool is_image(std::span<const uint8_t> bytes);
+
 // What decode_image would give, from the header alone: ask before spending 4 bytes a pixel.
 Result<ImageSize> image_size(std::span<const uint8_t> bytes, const std::string& name);
 

@@ -7,9 +7,9 @@
 namespace sinew {
 namespace {
 
-constexpr float kDepthUnit = 4096.0f;                // of optical depth, in powers of two
-constexpr uint32_t kOpaqueDepth = 10 * 4096;         // 2^-10
-constexpr float kInvisible = 0.5f / 255.0f;          // alpha below which a blend is a hole
+constexpr float kDepthUnit = 4096.0f;         // of optical depth, in powers of two
+constexpr uint32_t kOpaqueDepth = 10 * 4096;  // 2^-10
+constexpr float kInvisible = 0.5f / 255.0f;   // alpha below which a blend is a hole
 
 // Opacity of the hit texel: 0 or 1 for masks.
 float opacity(const Scene& scene, const Hit& hit) {
@@ -40,8 +40,12 @@ bool accept_shadow(const void* context, uint32_t ray, const Hit& hit) {
 
 }  // namespace
 
-HitFilter visible_filter(const AlphaContext& context) { return {accept_visible, &context}; }
-HitFilter shadow_filter(const AlphaContext& context) { return {accept_shadow, &context}; }
+HitFilter visible_filter(const AlphaContext& context) {
+  return {accept_visible, &context};
+}
+HitFilter shadow_filter(const AlphaContext& context) {
+  return {accept_shadow, &context};
+}
 
 float transmittance(uint32_t optical_depth) {
   if (optical_depth >= kOpaqueDepth) return 0.0f;

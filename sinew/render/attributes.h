@@ -20,11 +20,11 @@ namespace sinew {
 struct ObjectAttributes {
   const Mesh* mesh = nullptr;
   Affine placement = identity_affine();
-  mat3 normal_map{1.0f};              // object -> world for normals, up to length
-  std::span<const vec3> positions;    // one a vertex
-  std::span<const vec3> normals;      // unit or zero; empty: shade with the triangles' normals
-  std::span<const vec4> tangents;     // as Mesh::tangents; empty: made from texture coordinates
-  bool normals_by_vertex = false;     // indexed by Mesh::triangles rather than corner_of()
+  mat3 normal_map{1.0f};            // object -> world for normals, up to length
+  std::span<const vec3> positions;  // one a vertex
+  std::span<const vec3> normals;    // unit or zero; empty: shade with the triangles' normals
+  std::span<const vec4> tangents;   // as Mesh::tangents; empty: made from texture coordinates
+  bool normals_by_vertex = false;   // indexed by Mesh::triangles rather than corner_of()
 };
 
 class AttributeTable {
@@ -47,18 +47,18 @@ class AttributeTable {
  private:
   enum class Source : uint8_t { none, stored, deformed, computed };
   struct MeshEntry {
-    Source rest = Source::none;         // where normals come from if the mesh is rigid
+    Source rest = Source::none;  // where normals come from if the mesh is rigid
     bool wants_tangents = false;
     bool has_adjacency = false;
-    std::vector<uint32_t> first;        // adjacency: triangles of vertex v are
-    std::vector<uint32_t> triangles;    // triangles[first[v] .. first[v + 1])
-    std::vector<vec3> normals;          // computed, of the rigid mesh
+    std::vector<uint32_t> first;      // adjacency: triangles of vertex v are
+    std::vector<uint32_t> triangles;  // triangles[first[v] .. first[v + 1])
+    std::vector<vec3> normals;        // computed, of the rigid mesh
   };
   struct ObjectEntry {
     ObjectAttributes attributes;
     Motion motion;
     Source source = Source::none;
-    uint64_t frame = 0;                 // in which attributes were made
+    uint64_t frame = 0;  // in which attributes were made
     std::vector<vec3> normals;
     std::vector<vec4> tangents;
   };
@@ -75,7 +75,7 @@ class AttributeTable {
   uint64_t frame_ = 0;
   std::vector<MeshEntry> meshes_;
   std::vector<ObjectEntry> objects_;
-  std::vector<vec3> face_normals_;      // scratch of compute_normals
+  std::vector<vec3> face_normals_;  // scratch of compute_normals
   std::unique_ptr<std::atomic<uint8_t>[]> touched_;
 };
 

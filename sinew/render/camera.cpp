@@ -23,24 +23,31 @@ Affine camera_frame(vec3 eye, vec3 back, vec3 up) {
 
 }  // namespace
 
-Ray camera_ray(const CameraView& camera, float x, float y, uint32_t width, uint32_t height) {
+CameraRays::CameraRays(const CameraView& camera, uint32_t width, uint32_t height)
+    : camera_(camera), center_(0.5f * vec2(width, height)) {
   const float half_height = camera.orthographic ? camera.ymag : std::tan(0.5f * camera.yfov);
-  const float pixel = 2.0f * half_height / static_cast<float>(height);
-  const vec3 on_plane((x - 0.5f * static_cast<float>(width)) * pixel,
-                      (0.5f * static_cast<float>(height) - y) * pixel, 0.0f);
+  pixel_ = 2.0f * half_height / static_cast<float>(height);
+}
+
+Ray CameraRays::operator()(float x, float y) const {
+  const vec2 on_plane((x - center_.x) * pixel_, (center_.y - y) * pixel_);
   Ray ray;
-  if (camera.orthographic) {
-    ray.origin = transform_point(camera.to_world, on_plane);
-    ray.direction = -camera.to_world[2];
-    ray.t_min = camera.znear;
+  if (camera_.orthographic) {
+    ray.origin = transform_point(camera_.to_world, vec3(on_plane, 0.0f));
+    ray.direction = -camera_.to_world[2];
+    ray.t_min = camera_.znear;
     return ray;
   }
-  const vec3 local(on_plane.x, on_plane.y, -1.0f);
+  const vec3 local(on_plane, -1.0f);
   const float stretch = length(local);  // of the ray, per unit of depth
-  ray.origin = camera.to_world[3];
-  ray.direction = transform_vector(camera.to_world, local / stretch);
-  ray.t_min = camera.znear * stretch;
+  ray.origin = camera_.to_world[3];
+  ray.direction = transform_vector(camera_.to_world, local / stretch);
+  ray.t_min = camera_.znear * stretch;
   return ray;
+}
+
+Ray camera_ray(const CameraView& camera, float x, float y, uint32_t width, uint32_t height) {
+  return CameraRays(camera, width, height)(x, y);
 }
 
 CameraView scene_camera(const Scene& scene, const ScenePose& pose, uint32_t index) {
@@ -82,8 +89,8 @@ CameraView frame_box(const Box& box, vec3 direction, float yfov, float aspect) {
   // |x| / tan_x (and |y| / tan_y) further away than z.
   float distance = 0.0f;
   for (int i = 0; i < 8; ++i) {
-    const vec3 corner = half * vec3(i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f,
-                                    i & 4 ? 1.0f : -1.0f);
+    const vec3 corner =
+        half * vec3(i & 1 ? 1.0f : -1.0f, i & 2 ? 1.0f : -1.0f, i & 4 ? 1.0f : -1.0f);
     const float x = std::abs(dot(corner, view.to_world[0]));
     const float y = std::abs(dot(corner, view.to_world[1]));
     const float z = dot(corner, view.to_world[2]);

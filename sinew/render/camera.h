@@ -14,12 +14,26 @@ namespace sinew {
 struct CameraView {
   Affine to_world = identity_affine();  // looks along -Z, +Y up; columns of unit length
   bool orthographic = false;
-  float yfov = 0.8f;                    // radians
-  float ymag = 1.0f;                    // orthographic: half height
+  float yfov = 0.8f;  // radians
+  float ymag = 1.0f;  // orthographic: half height
   float znear = 0.0f;
 };
 
-// x and y in pixels from the upper left corner of a width x height image; pixel centres at .5.
+// Makes the rays of one camera and image size; x and y in pixels from the upper left corner of the
+// image, pixel centres at .5. Directions have unit length.
+class CameraRays {
+ public:
+  CameraRays(const CameraView& camera, uint32_t width, uint32_t height);
+  Ray operator()(float x, float y) const;
+
+ private:
+  CameraView camera_;
+  float pixel_ = 0.0f;  // size on the plane one unit before the eye
+  vec2 center_{0.0f};
+};
+
+// The same for a single ray: x and y in pixels from the upper left corner of a width x height
+// image; pixel centres at .5.
 Ray camera_ray(const CameraView& camera, float x, float y, uint32_t width, uint32_t height);
 
 // The scene's camera `index` as the pose places it.

@@ -14,15 +14,15 @@ namespace sinew {
 struct RenderSettings {
   uint32_t width = 800;
   uint32_t height = 600;
-  uint32_t samples = 1;          // camera rays a pixel, 1..4096
-  uint32_t reflections = 1;      // mirror bounces, 0..16
-  uint32_t ambient_rays = 0;     // ambient occlusion rays a hit; 0: none, the environment shines
-                                 // unoccluded
-  float ambient_distance = 0.0f; // how far occlusion reaches, metres; 0: a quarter of the scene's
-                                 // diagonal
+  uint32_t samples = 1;           // camera rays a pixel, 1..4096
+  uint32_t reflections = 1;       // mirror bounces, 0..16
+  uint32_t ambient_rays = 0;      // ambient occlusion rays a hit; 0: none, the environment shines
+                                  // unoccluded
+  float ambient_distance = 0.0f;  // how far occlusion reaches, metres; 0: a quarter of the scene's
+                                  // diagonal
   bool shadows = true;
-  float exposure = 0.0f;         // stops
-  bool transparent = false;      // the background has alpha 0 instead of the environment's colour
+  float exposure = 0.0f;     // stops
+  bool transparent = false;  // the background has alpha 0 instead of the environment's colour
   uint32_t seed = 0;
 };
 
@@ -36,8 +36,8 @@ struct RayCounts {
 };
 
 struct FrameStats {
-  double trace_ms = 0.0;   // in ray queries
-  double shade_ms = 0.0;   // everything else
+  double trace_ms = 0.0;  // in ray queries
+  double shade_ms = 0.0;  // everything else
   RayCounts rays;
 };
 

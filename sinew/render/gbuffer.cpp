@@ -18,8 +18,8 @@ constexpr float kRounding = 4e-6f;     // relative: some 64 roundings of the lar
 
 // The three corners of a triangle and the hit's weights for them.
 struct Corners {
-  uvec3 vertex;   // for positions
-  uvec3 corner;   // for attributes
+  uvec3 vertex;  // for positions
+  uvec3 corner;  // for attributes
   vec3 weight;
 };
 
@@ -69,8 +69,8 @@ struct Tangents {
 
 // Along growing u and, up in the image, shrinking v of the triangle; zero if the coordinates are
 // degenerate.
-Tangents tangents_of_triangle(std::span<const vec2> uv, const TextureRef& texture,
-                              const Corners& c, vec3 e1, vec3 e2) {
+Tangents tangents_of_triangle(std::span<const vec2> uv, const TextureRef& texture, const Corners& c,
+                              vec3 e1, vec3 e2) {
   const vec2 uv0 = transform_texcoord(texture, uv[c.corner.x]);
   const vec2 d1 = transform_texcoord(texture, uv[c.corner.y]) - uv0;
   const vec2 d2 = transform_texcoord(texture, uv[c.corner.z]) - uv0;

@@ -14,20 +14,20 @@ namespace sinew {
 
 struct ShadingLight {
   LightType type = LightType::directional;
-  vec3 position{0.0f};       // point and spot; world
-  vec3 direction{0.0f};      // where it shines to; directional and spot; world, unit
-  vec3 intensity{0.0f};      // colour times lux or candela
-  float range = 0.0f;        // metres; 0: no limit
-  float cone_scale = 0.0f;   // spot: attenuation = clamp(cos * cone_scale + cone_offset)^2
+  vec3 position{0.0f};      // point and spot; world
+  vec3 direction{0.0f};     // where it shines to; directional and spot; world, unit
+  vec3 intensity{0.0f};     // colour times lux or candela
+  float range = 0.0f;       // metres; 0: no limit
+  float cone_scale = 0.0f;  // spot: attenuation = clamp(cos * cone_scale + cone_offset)^2
   float cone_offset = 1.0f;
   bool shadows = true;
 };
 
 // What arrives at a point.
 struct Illumination {
-  vec3 direction{0.0f};      // towards the light, unit
-  float distance = 0.0f;     // to the light; infinite for directional lights
-  vec3 irradiance{0.0f};     // on a surface that faces the light
+  vec3 direction{0.0f};   // towards the light, unit
+  float distance = 0.0f;  // to the light; infinite for directional lights
+  vec3 irradiance{0.0f};  // on a surface that faces the light
 };
 
 // The visible lights of the scene that shine at all. A scene without lights gets a key light from

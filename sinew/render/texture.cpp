@@ -79,7 +79,9 @@ vec4 sample(const Image8& image, const TextureRef& texture, vec2 uv, const Table
 
 }  // namespace
 
-float srgb_to_linear(uint8_t code) { return srgb_table()[code]; }
+float srgb_to_linear(uint8_t code) {
+  return srgb_table()[code];
+}
 
 vec2 transform_texcoord(const TextureRef& texture, vec2 uv) {
   uv *= texture.scale;

@@ -19,8 +19,8 @@ constexpr float kDesaturation = 0.15f;  // how fast colours beyond the shoulder 
 // most one threshold lies within it.
 struct SrgbEncoder {
   static constexpr int kCells = 4096;
-  std::array<uint8_t, kCells + 1> low{};   // code at the cell's lower end
-  std::array<float, 257> threshold{};      // least linear value of each code
+  std::array<uint8_t, kCells + 1> low{};  // code at the cell's lower end
+  std::array<float, 257> threshold{};     // least linear value of each code
 
   SrgbEncoder() {
     for (int code = 1; code <= 255; ++code) {
@@ -52,7 +52,9 @@ vec3 compress(vec3 color) {
   return mix(vec3(new_peak), color * (new_peak / peak), keep);
 }
 
-float tame(float x) { return std::isnan(x) ? 0.0f : std::clamp(x, 0.0f, 1e30f); }
+float tame(float x) {
+  return std::isnan(x) ? 0.0f : std::clamp(x, 0.0f, 1e30f);
+}
 
 }  // namespace
 
@@ -67,9 +69,8 @@ void tonemap(const Image& image, float exposure, Image8& out) {
       const vec4& pixel = image.pixels[i];
       const float alpha = std::clamp(tame(pixel.w), 0.0f, 1.0f);
       const float scale = alpha > 0.0f ? gain / alpha : gain;
-      const vec3 color = compress(vec3(tame(pixel.x * scale),
-                                       tame(pixel.y * scale),
-                                       tame(pixel.z * scale)));
+      const vec3 color =
+          compress(vec3(tame(pixel.x * scale), tame(pixel.y * scale), tame(pixel.z * scale)));
       uint8_t* p = &out.pixels[4 * i];
       p[0] = encode(color.x);
       p[1] = encode(color.y);

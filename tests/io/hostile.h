@@ -29,6 +29,7 @@ class TemporaryFolder {
   std::string path(const std::string& name) const { return (path_ / name).string(); }
   std::string write(const std::string& name, const std::string& bytes) const {
     std::filesystem::create_directories((path_ / name).parent_path());
+    std::filesystem::remove(path_ / name);  // truncating would make some file systems flush
     std::ofstream(path_ / name, std::ios::binary) << bytes;
     return path(name);
   }

@@ -1,0 +1,75 @@
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <memory>
+
+#include "bench/bench.h"
+#include "bench/trace.h"
+#include "sinew/io/output_file.h"
+
+namespace sinew::app {
+namespace {
+
+struct BenchOptions {
+  bench::TraceOptions trace;
+  std::string json;
+};
+
+std::string table(const nlohmann::json& report) {
+  std::string out = fmt::format("{} on {}, {} triangles, {} threads, {}\n",
+                                report["bench"].get<std::string>(),
+                                report["scene"].get<std::string>(),
+                                report["triangles"].get<uint64_t>(),
+                                report["machine"]["threads"].get<int>(),
+                                report["opponents"][0].get<std::string>());
+  out += fmt::format("{:>8} {:>10} {:>10} {:>10} {:>7}\n", "time s", "", "sinew", "embree",
+                     "ratio");
+  for (const auto& row : report["rows"]) {
+    const double time = row["time_s"];
+    const auto line = [&](std::string_view name, double ours, double theirs) {
+      out += fmt::format("{:8.3f} {:>10} {:10.2f} {:10.2f} {:7.2f}\n", time, name, ours, theirs,
+                         ours / theirs);
+    };
+    line("build ms", row["build_ms"]["sinew"], row["build_ms"]["embree"]);
+    line("update ms", row["update_ms"]["sinew"], row["update_ms"]["embree"]);
+    if (!row.contains("mrays_per_s")) continue;
+    for (const auto& [kind, rate] : row["mrays_per_s"].items()) {
+      line(kind + " M/s", rate["sinew"], rate["embree"]);
+    }
+  }
+  for (const auto& figure : report["figures"]) {
+    out += fmt::format("{} = {:.3f} ({} is better): {}\n", figure["name"].get<std::string>(),
+                       figure["value"].get<double>(), figure["better"].get<std::string>(),
+                       figure["note"].get<std::string>());
+  }
+  return out;
+}
+
+Result<int> run_trace(const BenchOptions& options) {
+  SINEW_TRY(const nlohmann::json report, bench::bench_trace(options.trace));
+  SINEW_CHECKED(write_file("-", table(report)));
+  if (!options.json.empty()) SINEW_CHECKED(write_file(options.json, report.dump(2) + "\n"));
+  return kOk;
+}
+
+}  // namespace
+
+Run define_bench(CLI::App& command) {
+  const auto options = std::make_shared<BenchOptions>();
+  command.require_subcommand(1);
+  CLI::App* const trace = command.add_subcommand(
+      "trace", "Rays a second and update time against Embree on T-SAH's workload");
+  bench::TraceOptions& t = options->trace;
+  trace->add_option("--scene", t.scene, "A file or study:NAME")->capture_default_str();
+  trace->add_option("--clip", t.clip, "Name or index of the clip; the first one unless given");
+  trace->add_option("--width", t.width, "Pixels")->check(CLI::Range(1, 8192));
+  trace->add_option("--height", t.height, "Pixels")->check(CLI::Range(1, 8192));
+  trace->add_option("--frames", t.frames, "How many times of the clip")->check(CLI::Range(1, 1000));
+  trace->add_option("--repeats", t.repeats, "Of every measurement; medians count")
+      ->check(CLI::Range(1, 1000));
+  trace->add_option("--threads", t.threads, "For both opponents")->check(CLI::Range(1, 256));
+  trace->add_option("--json", options->json, "Writes the report to this file");
+  return [options] { return run_trace(*options); };
+}
+
+}  // namespace sinew::app

@@ -1,0 +1,103 @@
+// Which reader an input is for, by its form and extension.
+#include "sinew/io/load.h"
+
+#include <algorithm>
+#include <filesystem>
+#include <new>
+#include <optional>
+#include <string_view>
+#include <utility>
+
+#include "sinew/io/gltf.h"
+#include "sinew/io/obj.h"
+#include "sinew/io/vertex_cache.h"
+#include "sinew/scene/study.h"
+
+namespace sinew {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::string_view kStudyPrefix = "study:";
+
+// ".obj" of "Walk.OBJ"
+std::string extension_of(const std::string& path) {
+  std::string extension = fs::path(path).extension().string();
+  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 'a' - 'A') : c;
+  return extension;
+}
+
+bool exists(const std::string& path) {
+  std::error_code ignored;
+  return fs::exists(path, ignored);
+}
+
+struct CacheInput {
+  std::string base;
+  std::string cache;
+};
+
+// "base.obj+positions.pc2"; names may hold a + themselves, so the split whose base exists is meant.
+std::optional<CacheInput> split_cache(const std::string& input) {
+  std::optional<CacheInput> result;
+  for (size_t at = input.find('+'); at != std::string::npos; at = input.find('+', at + 1)) {
+    CacheInput split{input.substr(0, at), input.substr(at + 1)};
+    if (extension_of(split.base) != ".obj" || extension_of(split.cache) != ".pc2") continue;
+    if (exists(split.base)) return split;
+    result = std::move(split);
+  }
+  return result;
+}
+
+Result<Scene> read(const std::string& input, const LoadOptions& options) {
+  if (input.starts_with(kStudyPrefix)) {
+    return make_study_scene(std::string_view(input).substr(kStudyPrefix.size()));
+  }
+  const bool literal = exists(input);
+  if (!literal) {
+    if (const auto split = split_cache(input)) {
+      return load_vertex_cache(split->base, split->cache, options);
+    }
+  }
+  const std::string extension = extension_of(input);
+  if (extension == ".gltf" || extension == ".glb") return load_gltf(input, options);
+  if (extension == ".obj" && !literal && is_sequence(input)) {
+    return load_obj_sequence(input, options);
+  }
+  if (extension == ".obj") return load_obj(input, options);
+  if (extension == ".pc2") {
+    return fail({ErrorKind::bad_input, input, "", "a vertex cache needs its base mesh",
+                 "give base.obj+" + fs::path(input).filename().string()});
+  }
+  return fail({ErrorKind::bad_input, input, "",
+               extension.empty() ? "has no extension that says what it is"
+                                 : "files \"" + extension + "\" are not supported",
+               "give .gltf, .glb, .obj, frames_####.obj, base.obj+cache.pc2 or study:NAME"});
+}
+
+std::string name_of(const std::string& input) {
+  if (input.starts_with(kStudyPrefix)) return input;
+  const auto split = exists(input) ? std::nullopt : split_cache(input);
+  return fs::path(split ? split->cache : input).stem().string();
+}
+
+}  // namespace
+
+Result<Scene> load(const std::string& input, const LoadOptions& options) {
+  try {
+    SINEW_TRY(Scene scene, read(input, options));
+    if (scene.name.empty()) scene.name = name_of(input);
+    if (std::string problem = validate(scene); !problem.empty()) {
+      return fail({ErrorKind::bad_input, input, "", std::move(problem), "export the file again"});
+    }
+    return scene;
+  } catch (const std::bad_alloc&) {
+    return fail({ErrorKind::bad_input, input, "", "does not fit into this machine's memory",
+                 "lower the memory limit or use a smaller file"});
+  } catch (const std::exception& error) {
+    return fail(
+        {ErrorKind::runtime, input, "", std::string("cannot be read: ") + error.what(), ""});
+  }
+}
+
+}  // namespace sinew

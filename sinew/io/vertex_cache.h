@@ -1,0 +1,49 @@
+// Vertex caches: positions of every vertex at some times, over a base mesh that has the rest.
+//
+// PC2 (PointCache2, as 3ds Max and Blender write it), little endian:
+//
+//   offset  0  char[12]  "POINTCACHE2\0"
+//          12  int32     version, 1
+//          16  int32     points
+//          20  float32   start frame
+//          24  float32   sample rate: frames from one sample to the next
+//          28  int32     samples
+//          32  float32   samples * points * 3: x, y, z; sample-major
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "sinew/base/error.h"
+#include "sinew/io/load.h"
+#include "sinew/scene/scene.h"
+
+namespace sinew {
+
+// Neither PC2 nor a sequence of files says how long a frame is.
+inline constexpr double kCacheFps = 24.0;
+
+struct VertexCache {
+  uint32_t points = 0;
+  uint32_t samples = 0;
+  float start_frame = 0.0f;
+  float sample_rate = 1.0f;     // frames
+  std::vector<vec3> positions;  // sample-major, finite
+};
+
+// Bytes after the last sample are ignored with a warning.
+Result<VertexCache> read_pc2(const std::string& path, uint64_t memory_limit,
+                             std::vector<std::string>& warnings);
+
+// The OBJ `base`, moved by the PC2 file `cache`, with a clip "cache": sample i is at the time
+// i * sample_rate / 24 s. The clip starts at 0 whatever the start frame is.
+Result<Scene> load_vertex_cache(const std::string& base, const std::string& cache,
+                                const LoadOptions& options);
+
+// Makes the scene's one mesh a vertex cache and adds its clip: key i of the cache is at times[i]
+// (seconds, increasing). Normals of the file fit one pose only, so they go.
+void set_keys(Scene& scene, std::vector<vec3> key_positions, std::vector<float> times,
+              const std::string& clip_name);
+
+}  // namespace sinew

@@ -1,0 +1,47 @@
+// The effects that need rays from surfaces: light with shadows, ambient occlusion, and the rays
+// that go on behind mirrors and blended surfaces. Each works on a whole wave at once.
+#pragma once
+
+#include "sinew/render/frame.h"
+#include "sinew/render/lights.h"
+#include "sinew/render/wave.h"
+
+namespace sinew {
+
+// Splits a frame's time into queries and the rest, on the calling thread.
+class StageClock {
+ public:
+  StageClock();
+  void end_shading();  // time since the last call was shading
+  void end_tracing();  // ... was ray queries
+  double trace_ms = 0.0;
+  double shade_ms = 0.0;
+
+ private:
+  double lap();
+  double last_ms_ = 0.0;
+};
+
+// What every stage reads; constant during a frame.
+struct FrameContext {
+  const World& world;
+  const Scene& scene;
+  const RenderSettings& settings;
+  float ambient_distance = 0.0f;  // metres
+  bool filtered = false;          // some material has a mask or a blend
+};
+
+// Adds the light's reflected radiance to wave.direct, in shadow where something is between.
+// Returns the number of shadow rays.
+uint64_t add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave, Probes& probes,
+                   StageClock& clock);
+
+// Sets wave.ambient: the cosine-weighted share of the hemisphere that is open up to the ambient
+// distance. `sample` is the pass over the pixels. Returns the number of ambient rays.
+uint64_t trace_ambient(const FrameContext& frame, uint32_t sample, Wave& wave, Probes& probes,
+                       StageClock& clock);
+
+// Sets wave.result from everything found out about the rays, and makes the rays that go on.
+void shade_wave(const FrameContext& frame, Wave& wave, Offspring& offspring);
+
+}  // namespace sinew
