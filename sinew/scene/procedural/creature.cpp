@@ -100,8 +100,8 @@ vec3 flagstones(float u, float v) {
   const float tone =
       0.88f + 0.18f * unit_float(hash_u32(static_cast<uint32_t>(2.0f * row + column)));
   const float grain = fractal_noise(vec3(14.0f * u, 14.0f * v, 2.0f), 5, 7);
-  const vec3 face = vec3(0.47f, 0.40f, 0.32f) * tone * (1.0f + 0.35f * grain);
-  return glm::mix(vec3(0.17f, 0.16f, 0.13f), face, stone);
+  const vec3 face = vec3(0.34f, 0.275f, 0.21f) * tone * (1.0f + 0.35f * grain);
+  return glm::mix(vec3(0.12f, 0.105f, 0.08f), face, stone);
 }
 
 uint32_t add_ground(Scene& scene, const Treadmill& treadmill) {
@@ -113,8 +113,8 @@ uint32_t add_ground(Scene& scene, const Treadmill& treadmill) {
   disc.radius = 8.0f;
   disc.rings = 16;
   disc.sectors = 8 * treadmill.loops_a_turn;
-  disc.turns = static_cast<float>(treadmill.loops_a_turn);
-  disc.ring_height = 1.0f;
+  disc.turns = 2.0f * static_cast<float>(treadmill.loops_a_turn);
+  disc.ring_height = 0.5f;
   disc.rim = 0.25f;
   Mesh mesh = make_disc(disc, kGroundMaterial);
   mesh.name = "ground";
@@ -137,12 +137,12 @@ void add_materials(Scene& scene) {
 }
 
 void add_views(Scene& scene) {
-  add_sun(scene, "key", {{0.75f, 1.15f, 0.80f}, {1.0f, 0.92f, 0.80f}, 3.2f});
-  add_sun(scene, "fill", {{-0.9f, 0.55f, 0.9f}, {0.70f, 0.82f, 1.0f}, 0.55f});
+  add_sun(scene, "key", {{0.95f, 1.15f, 0.55f}, {1.0f, 0.90f, 0.74f}, 4.2f});
+  add_sun(scene, "fill", {{-0.3f, 0.55f, 1.2f}, {0.62f, 0.78f, 1.0f}, 0.75f});
   add_camera(scene, "Three-quarter", {{2.75f, 1.30f, 2.75f}, {0.0f, 0.50f, -0.24f}, 0.52f});
-  add_camera(scene, "Side", {{4.3f, 0.95f, -0.35f}, {0.0f, 0.52f, -0.35f}, 0.52f});
+  add_camera(scene, "Side", {{5.1f, 1.05f, -0.40f}, {0.0f, 0.55f, -0.40f}, 0.52f});
   add_camera(scene, "Portrait", {{1.15f, 1.15f, 2.05f}, {0.0f, 0.88f, 0.72f}, 0.50f});
-  scene.environment = {{0.38f, 0.54f, 0.80f}, {0.86f, 0.82f, 0.76f}, {0.30f, 0.26f, 0.21f}};
+  scene.environment = {{0.10f, 0.22f, 0.46f}, {0.50f, 0.58f, 0.62f}, {0.16f, 0.13f, 0.10f}};
 }
 
 }  // namespace

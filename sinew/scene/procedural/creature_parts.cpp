@@ -77,7 +77,7 @@ float horn_profile(float v) {
   return std::sqrt(std::min(1.0f, 12.0f * v)) * std::pow(1.0f - v, 0.8f);
 }
 float plate_profile(float v) {
-  return std::sqrt(std::min(1.0f, 8.0f * v)) * (0.72f + 0.9f * v) * std::sqrt(1.0f - v);
+  return std::sqrt(std::min(1.0f, 6.0f * v)) * (0.80f + 0.9f * v) * std::pow(1.0f - v, 0.75f);
 }
 
 void add_horns(Mesh& mesh, const CreatureBody& body, float triangles) {
@@ -89,8 +89,8 @@ void add_horns(Mesh& mesh, const CreatureBody& body, float triangles) {
   };
   constexpr vec3 kSkull(0.0f, 0.99f, 0.74f);
   constexpr Horn kHorns[] = {
-      {{0.55f, 0.80f, -0.25f}, {0.10f, 0.16f, -0.16f}, {0.03f, 0.05f, -0.10f}, 0.042f, 0.32f},
-      {{0.90f, 0.30f, -0.50f}, {0.11f, 0.03f, -0.10f}, {0.02f, 0.03f, -0.05f}, 0.030f, 0.16f},
+      {{0.55f, 0.80f, -0.25f}, {0.11f, 0.17f, -0.05f}, {-0.03f, -0.01f, -0.17f}, 0.046f, 0.32f},
+      {{0.90f, 0.30f, -0.50f}, {0.11f, 0.01f, -0.07f}, {-0.01f, 0.05f, -0.07f}, 0.034f, 0.16f},
   };
   for (const Horn& horn : kHorns) {
     for (const float side : {1.0f, -1.0f}) {
@@ -140,6 +140,12 @@ void add_claws(Mesh& mesh, float triangles) {
   }
 }
 
+// Across the bones, leaning to the vertical where the neck is steep.
+vec3 plate_direction(vec3 back) {
+  const vec3 across = normalize(vec3(0.0f, 1.0f, 0.0f) - back.y * back);
+  return normalize(across + vec3(0.0f, 0.7f, 0.0f));
+}
+
 // Plates stand on the back from the nape to the tail, in pairs of unlike size.
 void add_plates(Mesh& mesh, const CreatureBody& body, float triangles) {
   constexpr uint32_t kPlates = 19;
@@ -154,15 +160,15 @@ void add_plates(Mesh& mesh, const CreatureBody& body, float triangles) {
     const uint32_t k = std::min(static_cast<uint32_t>(s), static_cast<uint32_t>(kSteps) - 1);
     const vec3 a = skeleton[kLine[k]].position, b = skeleton[kLine[k + 1]].position;
     const vec3 back = normalize(b - a);
-    const vec3 up = normalize(vec3(0.0f, 1.0f, 0.0f) - back.y * back);
+    const vec3 up = plate_direction(back);
     const vec3 surface = body.leave(glm::mix(a, b, s - static_cast<float>(k)), up);
     const float swell = std::sin(0.5f * kTwoPi * std::pow(0.06f + 0.90f * t, 0.75f));
     const float height = (0.035f + 0.135f * swell) * (i % 2 == 0 ? 1.0f : 0.72f);
     Growth plate;
     plate.root = surface - 0.025f * up;
     plate.along = (height + 0.025f) * up;
-    plate.bend = 0.35f * height * back;
-    plate.wide = back;
+    plate.bend = 0.40f * height * back;
+    plate.wide = normalize(back - dot(back, up) * up);
     plate.width = 0.46f * height + 0.006f;
     plate.thickness = 0.010f + 0.05f * height;
     plate.profile = plate_profile;

@@ -53,6 +53,6 @@ CreatureSkeleton creature_skeleton();
 // Where the tail ends, and where the eyes are (left one; mirror x for the right).
 inline constexpr vec3 kTailTip{0.0f, 0.50f, -2.00f};
 inline constexpr vec3 kEyeCenter{0.118f, 1.018f, 0.885f};
-inline constexpr float kEyeRadius = 0.066f;
+inline constexpr float kEyeRadius = 0.072f;
 
 }  // namespace sinew

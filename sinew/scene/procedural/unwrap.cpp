@@ -138,7 +138,7 @@ Unwrapping unwrap(std::span<const vec3> positions, std::span<const vec3> normals
   const std::vector<uint8_t> sides = choose_sides(normals, triangles, opposite);
   std::vector<Chart> charts;
   const std::vector<uint32_t> chart_of = find_charts(sides, opposite, charts);
-  SINEW_CHECK(charts.size() * 16 * kMargin * kMargin < float(resolution) * float(resolution));
+
   for (size_t t = 0; t < triangles.size(); ++t) {
     Chart& chart = charts[chart_of[t]];
     for (int k = 0; k < 3; ++k) {
