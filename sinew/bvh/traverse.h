@@ -49,7 +49,7 @@ enum class Facing : uint8_t { any, front, back };
 struct QueryOptions {
   uint32_t mask = 0xffffffffu;
   Facing facing = Facing::any;
-  HitFilter filter;
+  HitFilter filter = {};
   uint32_t first_ray = 0;   // what the filter is told for rays[0]
 };
 

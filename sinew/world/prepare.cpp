@@ -48,8 +48,12 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
   World::Impl& w = *world.impl_;
   w.scene = &scene;
   SINEW_TRY(w.clip, find_clip(scene, options.clip));
-  const double start = w.clip == kRestPose ? 0.0 : scene.clips[w.clip].start;
-  sample(scene, w.clip, start, w.pose);
+  const bool moves = w.clip != kRestPose;
+  const double start = moves ? scene.clips[w.clip].start : 0.0;
+  // One tree serves the whole clip, so it is built for the clip's middle: of what breaks apart, the
+  // parts are separate there already.
+  const double middle = moves ? 0.5 * (start + scene.clips[w.clip].end) : 0.0;
+  sample(scene, w.clip, middle, w.pose);
 
   std::map<std::pair<uint32_t, bool>, BodyId> bodies;  // by mesh and whether it is skinned
   for (size_t i = 0; i < scene.objects.size(); ++i) {

@@ -92,8 +92,8 @@ struct PrepareOptions {
   BuildConfig build;
 };
 
-// Builds a world with one object a Scene::objects, in that order, at the clip's first time. The
-// scene must outlive it.
+// Builds a world with one object a Scene::objects, in that order, and sets the clip's first time. The
+// trees are built for the middle of the clip. The scene must outlive the world.
 Result<World> prepare(const Scene& scene, const PrepareOptions& options = {});
 
 // Index of the clip that `name` (a name, or an index) means, or kRestPose. A usage error that lists
