@@ -55,6 +55,8 @@ TEST(Program, UsageErrorsAre2AndSayWhatToDo) {
       {{"render", "a.obj", "-o", "a.png", "--update", "lazy"}, "planned"},
       {{"render", "a.obj", "-o", "a.png", "--camera", "eye=1,2"}, "--camera"},
       {{"render", "a.obj", "-o", "a.png", "--memory-limit", "much"}, "--memory-limit"},
+      {{"render", "a.obj", "-o", "a.png", "--size", "9999x9999", "--memory-limit", "1G"},
+       "--memory-limit allows 1024 MB"},
       {{"render", "a.obj", "-o", "-", "--json", "-"}, "standard output"},
       {{"render", "study:nothing", "-o", "-", "--time", "0"}, "twist"},
       {{"compare", "a.png"}, "SECOND"},

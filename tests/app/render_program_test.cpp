@@ -254,15 +254,14 @@ TEST(Render, ASignalLeavesWholeFrames) {
 }
 
 TEST(Render, EveryKindOfSharedDataGivesAPicture) {
-  SINEW_DATA_OR_SKIP(data, "skinned");
-  for (const char* file :
-       {"skinned/robot-expressive/RobotExpressive.glb", "khronos-gltf/Fox/glTF-Binary/Fox.glb",
-        "vertex-cache/cloth-drapes/base.obj+positions.pc2"}) {
+  SINEW_DATA_OR_SKIP(cloth, "vertex-cache/cloth-drapes");
+  SINEW_DATA_OR_SKIP(robot, "skinned/robot-expressive/RobotExpressive.glb");
+  SINEW_DATA_OR_SKIP(fox, "khronos-gltf/Fox/glTF-Binary/Fox.glb");
+  for (const std::string& input : {robot, fox, cloth + "/base.obj+" + cloth + "/positions.pc2"}) {
     TemporaryFolder folder;
-    std::string input = std::string(SINEW_TEST_DATA "/") + file;
     const Outcome outcome = render(input, folder.path("a.png"), {"--frames", "3"});
-    ASSERT_EQ(outcome.exit_code, 0) << file << ": " << outcome.err;
-    EXPECT_GT(covered(*read_png(folder.path("a.png"))), 100) << file;
+    ASSERT_EQ(outcome.exit_code, 0) << input << ": " << outcome.err;
+    EXPECT_GT(covered(*read_png(folder.path("a.png"))), 100) << input;
   }
 }
 
