@@ -23,6 +23,7 @@ struct Instance {
   uint32_t mask = 0xffffffffu;           // rays see it if (mask & query mask) != 0
   bool in_place = true;                  // the object's space is the world's
   bool filtered = false;                 // ask the query's filter about its hits
+  bool single_sided = false;             // the query's `facing` counts for it
 };
 
 // The top tree's leaves are child words kLeafBit | index of an instance. Without nodes there must
@@ -40,8 +41,14 @@ struct HitFilter {
   const void* context = nullptr;
 };
 
+// Which side of a single-sided object's triangles counts. Their front is where they are seen
+// counter-clockwise. Rays of sight want `front`; rays from a surface to a light want `back`, for
+// light that comes in at a front leaves such a ray through the back.
+enum class Facing : uint8_t { any, front, back };
+
 struct QueryOptions {
   uint32_t mask = 0xffffffffu;
+  Facing facing = Facing::any;
   HitFilter filter;
   uint32_t first_ray = 0;   // what the filter is told for rays[0]
 };

@@ -95,8 +95,9 @@ HWY_INLINE float exact_edge(float ax, float ay, float bx, float by) {
   return static_cast<float>(double{ax} * double{by} - double{ay} * double{bx});
 }
 
+// `side` is 0, or the sign that the determinant must have: 1 for front faces, -1 for back faces.
 HWY_INLINE void test_packet(const TrianglePacket& packet, const RaySetup& ray, float t_min,
-                            float t_max, PacketHits& out) {
+                            float t_max, float side, PacketHits& out) {
   const D4 d;
   const V4 zero = hn::Zero(d);
   const V4 shear_x = hn::Set(d, ray.shear_x), shear_y = hn::Set(d, ray.shear_y);
@@ -142,6 +143,7 @@ HWY_INLINE void test_packet(const TrianglePacket& packet, const RaySetup& ray, f
   const V4 t = hn::Div(scaled, det);
   auto hit = hn::And(hn::Or(hn::Ge(least, zero), hn::Le(most, zero)), hn::Ne(det, zero));
   hit = hn::And(hit, hn::And(hn::Ge(t, hn::Set(d, t_min)), hn::Le(t, hn::Set(d, t_max))));
+  hit = hn::And(hit, hn::Ge(hn::Mul(det, hn::Set(d, side)), zero));
   out.bits = mask_bits(d, hit);
   if (out.bits == 0) return;
   hn::Store(t, d, out.t);
@@ -247,6 +249,10 @@ class Traversal {
   }
 
   bool visit_body(const Instance& instance, const RaySetup& setup, StackEntry* base) {
+    side_ = 0.0f;
+    if (instance.single_sided && options_.facing != Facing::any) {
+      side_ = options_.facing == Facing::front ? 1.0f : -1.0f;
+    }
     return descend(instance.nodes, instance.root, setup, base, [&](uint32_t word, StackEntry*) {
       const TrianglePacket* packet = instance.packets + leaf_first(word);
       const TrianglePacket* const end = packet + leaf_packets(word);
@@ -260,7 +266,7 @@ class Traversal {
   HWY_INLINE bool visit_packet(const Instance& instance, const TrianglePacket& packet,
                                const RaySetup& setup) {
     PacketHits hits;
-    test_packet(packet, setup, ray_.t_min, best_.t, hits);
+    test_packet(packet, setup, ray_.t_min, best_.t, side_, hits);
     for (uint32_t bits = hits.bits; bits != 0; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits);
       const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], packet.primitive[lane],
@@ -288,6 +294,7 @@ class Traversal {
   const Ray ray_;
   const uint32_t index_;
   Hit best_;
+  float side_ = 0.0f;
   StackEntry stack_[kStackSize];
 };
 

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <array>
-#include <exception>
 #include <string_view>
 
 #include "sinew/io/gltf_animation.h"
@@ -100,12 +99,7 @@ Result<Scene> load(const std::string& path, const LoadOptions& options) {
 }  // namespace gltf
 
 Result<Scene> load_gltf(const std::string& path, const LoadOptions& options) {
-  try {
-    return gltf::load(path, options);
-  } catch (const std::exception& exception) {  // out of memory, above all
-    return fail(
-        {ErrorKind::runtime, path, "", fmt::format("loading failed: {}", exception.what()), ""});
-  }
+  return gltf::load(path, options);
 }
 
 }  // namespace sinew

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
 #include <limits>
 #include <optional>
 
@@ -27,22 +29,32 @@ Result<Interpolation> interpolation_of(const Json& sampler) {
   return sampler.error("\"interpolation\" is \"" + name + "\", not STEP, LINEAR or CUBICSPLINE");
 }
 
-// Removes keys that are not later than all before them, so that times rise strictly. Returns how
-// many were removed.
-size_t drop_unordered_keys(Channel& channel) {
-  const size_t per_key = channel.values.size() / channel.times.size();
+// Makes times rise strictly. Two keys at one time are a jump: the second moves to the next float,
+// or goes if it repeats the first. Keys before an earlier one go; returns how many those were.
+size_t order_keys(Channel& channel) {
+  const std::ptrdiff_t per_key = std::ssize(channel.values) / std::ssize(channel.times);
+  const auto values_of = [&](size_t key) {
+    return channel.values.begin() + static_cast<std::ptrdiff_t>(key) * per_key;
+  };
   size_t kept = 1;
+  size_t out_of_order = 0;
+  float latest = channel.times[0];  // as the file says
   for (size_t key = 1; key < channel.times.size(); ++key) {
-    if (!(channel.times[key] > channel.times[kept - 1])) continue;
-    channel.times[kept] = channel.times[key];
-    std::copy_n(channel.values.begin() + static_cast<std::ptrdiff_t>(key * per_key), per_key,
-                channel.values.begin() + static_cast<std::ptrdiff_t>(kept * per_key));
+    const float time = channel.times[key];
+    const bool repeats =
+        time == latest && std::equal(values_of(key), values_of(key) + per_key, values_of(kept - 1));
+    out_of_order += time < latest;
+    if (time < latest || repeats) continue;
+    const float after_last =
+        std::nextafter(channel.times[kept - 1], std::numeric_limits<float>::infinity());
+    channel.times[kept] = std::max(time, after_last);
+    std::copy_n(values_of(key), per_key, values_of(kept));
+    latest = time;
     ++kept;
   }
-  const size_t dropped = channel.times.size() - kept;
   channel.times.resize(kept);
-  channel.values.resize(kept * per_key);
-  return dropped;
+  channel.values.resize(kept * static_cast<size_t>(per_key));
+  return out_of_order;
 }
 
 // Keys without direction would leave the sampler nothing to normalise. Returns how many there were.
@@ -145,7 +157,7 @@ Result<void> AnimationReader::read_channel(const Json& json, std::span<const Jso
   }
   SINEW_TRY(const uint32_t sampler, json.required_index("sampler", samplers.size()));
   SINEW_CHECKED(read_keys(samplers[sampler], channel));
-  if (drop_unordered_keys(channel) > 0) {
+  if (order_keys(channel) > 0) {
     reader_.warnings.add(json.element(), "has keys out of order in time; they were left out");
   }
   if (*path == ChannelPath::rotation && repair_rotations(channel) > 0) {

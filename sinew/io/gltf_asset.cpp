@@ -5,6 +5,7 @@
 #include <cstring>
 #include <limits>
 
+#include "sinew/io/asset_folder.h"
 #include "sinew/io/gltf_uri.h"
 #include "sinew/io/output_file.h"
 
@@ -150,9 +151,7 @@ Result<std::string> load_uri(const Asset& asset, const Json& owner, MemoryBudget
 Result<Asset> open_asset(const std::string& path, MemoryBudget& budget) {
   Asset asset;
   asset.file = path;
-  std::error_code failed;
-  const std::filesystem::path absolute = std::filesystem::absolute(path, failed);
-  asset.folder = std::filesystem::weakly_canonical(absolute.parent_path(), failed);
+  asset.folder = asset_folder(path);
   SINEW_TRY(std::string bytes, read_file(path, budget.left()));
   if (bytes.empty()) return damaged(path, "is empty");
   Chunks chunks{.json_size = bytes.size()};

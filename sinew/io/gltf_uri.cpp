@@ -4,6 +4,8 @@
 #include <cctype>
 #include <cstdint>
 
+#include "sinew/io/asset_folder.h"
+
 namespace sinew::gltf {
 namespace {
 
@@ -95,18 +97,12 @@ tl::expected<std::filesystem::path, std::string> file_of_uri(const std::filesyst
                                        "\", but only files in the asset's folder are read");
   }
   const std::string name = percent_decode(uri);
-  if (name.empty() || name.find('\0') != std::string::npos) {
-    return tl::unexpected<std::string>("has a URI that names no file");
-  }
-  std::error_code failed;
-  const std::filesystem::path file = std::filesystem::weakly_canonical(folder / name, failed);
-  const auto [end_of_folder, rest] =
-      std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
-  if (failed || end_of_folder != folder.end() || rest == file.end()) {
+  const auto file = within_folder(folder, name);
+  if (!file) {
     return tl::unexpected<std::string>("refers to \"" + name +
-                                       "\", which is not within the asset's folder");
+                                       "\", which is not a file within the asset's folder");
   }
-  return file;
+  return *file;
 }
 
 }  // namespace sinew::gltf

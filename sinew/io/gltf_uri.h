@@ -1,5 +1,5 @@
 // What a URI in a glTF file means: data within the URI (RFC 2397, base64 as in RFC 4648), or a file
-// in the asset's own folder. A URI can never reach a file outside that folder.
+// in the asset's own folder (see asset_folder.h).
 #pragma once
 
 #include <filesystem>

@@ -1,4 +1,4 @@
-// JPEG decoding for image_file.cpp; the one door to stb_image.
+// JPEG decoding for image_file.cpp; the one door to libjpeg.
 #pragma once
 
 #include <span>

@@ -7,7 +7,7 @@
 
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
-#include "sinew/render/alpha.h"
+#include "sinew/render/ray_filter.h"
 #include "sinew/render/sampling.h"
 #include "sinew/render/trace_effects.h"
 
@@ -24,7 +24,7 @@ struct RenderScratch {
 namespace {
 
 constexpr uint32_t kTile = 16;         // pixels; within a tile they follow Morton's order
-constexpr uint32_t kBatchTiles = 512;  // 131,072 rays
+constexpr uint32_t kBatchTiles = 128;  // 32,768 rays: their surfaces stay in the cache
 
 // The tiles of an image, row by row. Those at the right and lower edge may be smaller.
 struct TileGrid {
@@ -80,11 +80,11 @@ void start_wave(const CameraRays& rays, const TileGrid& grid, uint32_t first, ui
 // Closest hits of the wave; says which objects were met and counts rays by kind.
 void trace_wave(const FrameContext& frame, Wave& wave, AttributeTable& attributes,
                 RayCounts& counts, StageClock& clock) {
-  const AlphaContext alpha{&frame.scene, nullptr};
+  const FilterContext filter{&frame.world, &frame.scene, wave.rays.data(), nullptr};
   clock.end_shading();
   parallel_for(wave.count, kChunk, [&](size_t begin, size_t end) {
-    QueryOptions options;
-    if (frame.filtered) options.filter = visible_filter(alpha);
+    QueryOptions options{.facing = Facing::front};
+    if (frame.filtered) options.filter = visible_filter(filter);
     options.first_ray = static_cast<uint32_t>(begin);
     frame.world.closest_hits({wave.rays.data() + begin, end - begin},
                              {wave.hits.data() + begin, end - begin}, options);
@@ -143,8 +143,7 @@ FrameContext make_context(const World& world, const Scene& scene, const RenderSe
     const Box box = world.box();
     frame.ambient_distance = box.empty() ? 1.0f : 0.25f * length(box.extent());
   }
-  frame.filtered = std::any_of(scene.materials.begin(), scene.materials.end(),
-                               [](const auto& m) { return m.alpha_mode != AlphaMode::opaque; });
+  frame.filtered = needs_filter(scene);
   return frame;
 }
 

@@ -1,5 +1,5 @@
 // The G-buffer: what shading needs to know about the surface that each ray met.
-// Two sides of a surface shade alike: normals are turned towards the ray.
+// Both sides of a surface shade alike: normals are turned towards the ray.
 #pragma once
 
 #include <cstdint>

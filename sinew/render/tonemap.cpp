@@ -12,7 +12,7 @@
 namespace sinew {
 namespace {
 
-constexpr float kShoulder = 0.76f;      // linear value at which compression begins
+constexpr float kShoulder = 0.6f;       // linear value at which compression begins
 constexpr float kDesaturation = 0.15f;  // how fast colours beyond the shoulder fade to white
 
 // Linear to sRGB codes, rounded to nearest: a cell of the table is narrower than any code, so at

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sinew/base/parallel.h"
-#include "sinew/render/alpha.h"
+#include "sinew/render/ray_filter.h"
 #include "sinew/render/sampling.h"
 #include "sinew/render/shade.h"
 
@@ -41,10 +41,11 @@ vec3 behind(const Surface& surface, vec3 point) {
 
 // Finds which probes are blocked, and by how much blends dim the others.
 void trace_probes(const FrameContext& frame, const Wave& wave, Probes& probes) {
-  const AlphaContext alpha{&frame.scene, probes.optical_depth.data()};
+  const FilterContext filter{&frame.world, &frame.scene, probes.rays.data(),
+                             probes.optical_depth.data()};
   for_chunks(wave, [&](size_t chunk, size_t begin, size_t) {
-    QueryOptions options;
-    if (frame.filtered) options.filter = shadow_filter(alpha);
+    QueryOptions options{.facing = Facing::back};
+    if (frame.filtered) options.filter = shadow_filter(filter);
     options.first_ray = static_cast<uint32_t>(begin);
     const size_t count = probes.count[chunk];
     frame.world.any_hits({probes.rays.data() + begin, count},

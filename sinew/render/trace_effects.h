@@ -28,7 +28,7 @@ struct FrameContext {
   const Scene& scene;
   const RenderSettings& settings;
   float ambient_distance = 0.0f;  // metres
-  bool filtered = false;          // some material has a mask or a blend
+  bool filtered = false;          // some hits must be asked about (see ray_filter.h)
 };
 
 // Adds the light's reflected radiance to wave.direct, in shadow where something is between.

@@ -1,7 +1,6 @@
 // World positions of objects, and the box of a whole animation.
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"

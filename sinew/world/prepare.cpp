@@ -7,11 +7,18 @@
 namespace sinew {
 namespace {
 
-bool has_holes(const Scene& scene, const Mesh& mesh) {
+// What rays must know of the mesh's materials. A mesh that is partly single-sided is left to the
+// query's filter, like one with holes.
+ObjectDesc describe(const Scene& scene, const Mesh& mesh) {
+  size_t single_sided = 0, with_holes = 0;
   for (const MeshPart& part : mesh.parts) {
-    if (scene.materials[part.material].alpha_mode != AlphaMode::opaque) return true;
+    const Material& material = scene.materials[part.material];
+    single_sided += !material.double_sided;
+    with_holes += material.alpha_mode != AlphaMode::opaque;
   }
-  return false;
+  const bool all_single_sided = single_sided == mesh.parts.size();
+  return {.filtered = with_holes > 0 || (single_sided > 0 && !all_single_sided),
+          .single_sided = all_single_sided};
 }
 
 }  // namespace
@@ -56,7 +63,7 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
                                 w.pose.objects[i], options.build}));
       found = bodies.emplace(key, body).first;
     }
-    SINEW_CHECKED(world.add_object(found->second, {.filtered = has_holes(scene, mesh)}));
+    SINEW_CHECKED(world.add_object(found->second, describe(scene, mesh)));
   }
   SINEW_CHECKED(world.set_time(start));
   return world;

@@ -109,7 +109,8 @@ void World::Impl::build_instances() {
                          .object = static_cast<uint32_t>(id),
                          .mask = object.desc.mask,
                          .in_place = object.in_place,
-                         .filtered = object.desc.filtered});
+                         .filtered = object.desc.filtered,
+                         .single_sided = object.desc.single_sided});
     boxes.push_back(padded(object));
   }
   build_top(boxes, top);
@@ -129,6 +130,9 @@ World& World::operator=(World&&) noexcept = default;
 World::~World() = default;
 
 Result<BodyId> World::add_body(const BodyDesc& desc) {
+  if (const std::string problem = sinew::validate(desc.motion); !problem.empty()) {
+    return fail({ErrorKind::bad_input, "", "motion", problem, "repair the body's data"});
+  }
   const bool at_rest = !desc.build_pose.present;
   if (at_rest ? rest_of(desc.motion).size() != vertex_count(desc.motion)
               : !pose_fits(desc.motion, desc.build_pose)) {

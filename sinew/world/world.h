@@ -33,6 +33,7 @@ struct ObjectDesc {
   uint32_t mask = 0xffffffffu;
   bool visible = true;
   bool filtered = false;     // its hits go through the query's filter
+  bool single_sided = false; // see Facing
 };
 
 struct UpdateStats {

@@ -179,6 +179,32 @@ TEST(Frame, MasksLetLightThroughAndBlendsDimIt) {
   }
 }
 
+TEST(Frame, SingleSidedSurfacesHaveNoBack) {
+  for (const bool mirrored : {false, true}) {
+    TestScene t;
+    const uint32_t white = t.add_material(vec3(1.0f));
+    const uint32_t red = t.add_material(vec3(1.0f, 0.0f, 0.0f));
+    t.scene.materials[red].double_sided = false;
+    t.place(t.add_quad(vec3(-4, -4, 0), vec3(8, 0, 0), vec3(0, 8, 0), white));
+    t.add_light(LightType::directional, vec3(0.0f), kBack, 1.0f);
+    const vec4 open = pixel(t.render(), 7, 9);
+    // Before the wall, its back towards the camera and the light: neither meets it.
+    const Affine flip(vec3(mirrored ? -1 : 1, 0, 0), vec3(0, 1, 0), vec3(0, 0, 1), vec3(0.0f));
+    t.place(t.add_quad(vec3(-4, 4, 5), vec3(8, 0, 0), vec3(0, -8, 0), red), flip);
+    EXPECT_EQ(pixel(t.render(), 7, 9), open);
+    // Turned round, both do.
+    t.scene.materials[red].double_sided = true;
+    EXPECT_LT(pixel(t.render(), 7, 9).y, 0.5f * open.y);
+    t.scene.materials[red].double_sided = false;
+    std::swap(t.scene.meshes[1].triangles[0].y, t.scene.meshes[1].triangles[0].z);
+    std::swap(t.scene.meshes[1].triangles[1].y, t.scene.meshes[1].triangles[1].z);
+    EXPECT_LT(pixel(t.render(), 7, 9).y, 0.5f * open.y);
+    // Behind the camera it shades the wall only if its front faces the light.
+    t.scene.nodes.back().matrix[3].z = 10.0f;
+    EXPECT_EQ(pixel(t.render(), 7, 9).x, 0.0f);
+  }
+}
+
 TEST(Frame, BlendedLayersAreComposited) {
   TestScene t;
   const vec3 colors[3] = {vec3(1, 0, 0), vec3(0, 1, 0), vec3(0, 0, 1)};

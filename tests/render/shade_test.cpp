@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "sinew/math/random.h"
-#include "sinew/render/alpha.h"
+#include "sinew/render/ray_filter.h"
 #include "sinew/render/sampling.h"
 
 namespace sinew {
@@ -172,7 +172,7 @@ TEST(Alpha, TransmittanceDoesNotDependOnOrder) {
   scene.objects.emplace_back();
   const auto through = [&](std::initializer_list<uint32_t> triangles) {
     uint32_t depth[1] = {0};
-    const AlphaContext context{&scene, depth};
+    const FilterContext context{nullptr, &scene, nullptr, depth};
     const HitFilter filter = shadow_filter(context);
     for (uint32_t t : triangles) {
       EXPECT_FALSE(filter.accept(filter.context, 0, {1.0f, 0.25f, 0.25f, t, 0}));

@@ -16,7 +16,7 @@ Image8 show(const std::vector<vec4>& pixels, float exposure = 0.0f) {
 }
 
 TEST(Tonemap, EveryCodeSurvivesBelowTheShoulder) {
-  for (int code = 0; code < 224; ++code) {  // 0.746 linear
+  for (int code = 0; code < 203; ++code) {  // 0.591 linear
     const float x = srgb_to_linear(static_cast<uint8_t>(code));
     EXPECT_EQ(show({vec4(x, x, x, 1.0f)}).pixels[0], code);
   }
@@ -26,7 +26,7 @@ TEST(Tonemap, RoundsToTheNearestCode) {
   const auto decode = [](double s) {
     return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
   };
-  for (int code = 0; code < 220; ++code) {
+  for (int code = 0; code < 203; ++code) {
     const auto below = static_cast<float>(decode((code + 0.499) / 255.0));
     const auto above = static_cast<float>(decode((code + 0.501) / 255.0));
     EXPECT_EQ(show({vec4(below, 0.0f, 0.0f, 1.0f)}).pixels[0], code);

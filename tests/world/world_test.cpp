@@ -181,6 +181,33 @@ TEST(World, FilteredHitsAreAskedAboutAndSkipped) {
   EXPECT_EQ(asked, 2);  // the way in and the way out of the front sphere
 }
 
+TEST(World, SingleSidedObjectsAreMetOnTheSideAskedFor) {
+  const auto shape = test::sphere(3);
+  World world;
+  const BodyId body = *world.add_body(rigid_body(shape));
+  const ObjectId single = *world.add_object(body, {.single_sided = true});
+  const auto distance = [&](const Ray& ray, Facing facing) {
+    Hit hit;
+    world.closest_hits({&ray, 1}, {&hit, 1}, {.facing = facing});
+    return hit ? hit.t : -1.0f;
+  };
+  // Mirrored placements keep inside and outside.
+  for (const float mirror : {1.0f, -1.0f}) {
+    ASSERT_TRUE(world.set_pose(
+        single, placed(trs(vec3(0), glm::identity<quat>(), vec3(mirror, 1, 1)))));
+    world.commit();
+    for (const float side : {1.0f, -1.0f}) {
+      const Ray outside{.origin = vec3(0.01f, 0.02f, 5 * side), .direction = vec3(0, 0, -side)};
+      EXPECT_NEAR(distance(outside, Facing::any), 4.0f, 0.05f);
+      EXPECT_NEAR(distance(outside, Facing::front), 4.0f, 0.05f);
+      EXPECT_NEAR(distance(outside, Facing::back), 6.0f, 0.05f);
+      const Ray inside{.origin = vec3(0.01f, 0.02f, 0), .direction = vec3(0, 0, -side)};
+      EXPECT_EQ(distance(inside, Facing::front), -1.0f);
+      EXPECT_NEAR(distance(inside, Facing::back), 1.0f, 0.05f);
+    }
+  }
+}
+
 TEST(World, ATriangleIsHitThroughATinyInstanceFarAway) {
   const auto shape = test::sphere(3);
   World world;

@@ -149,7 +149,7 @@ struct CameraKey {
   float frame;
   vec3 eye, target;
 };
-// Around the nine bodies, in between them, and at frame 200 a look the other way.
+// Around the nine bodies, in between them, and at frame 200 (index 199) a look past them.
 constexpr std::array<CameraKey, 9> kPath{{
     {0, {0.0f, 5.0f, 13.0f}, {0.0f, -0.3f, 0.0f}},
     {45, {9.0f, 3.5f, 9.5f}, {0.0f, 0.0f, 0.0f}},
@@ -157,7 +157,7 @@ constexpr std::array<CameraKey, 9> kPath{{
     {120, {8.5f, 5.0f, -8.5f}, {0.0f, 0.0f, 0.0f}},
     {160, {-3.0f, 4.5f, -11.0f}, {0.0f, 0.0f, 0.0f}},
     {182, {-7.0f, 3.0f, -8.0f}, {-4.0f, 0.3f, 0.0f}},
-    {200, {-8.0f, 2.5f, -4.5f}, {-11.0f, 1.2f, 4.5f}},
+    {199, {-8.0f, 2.5f, -4.5f}, {-10.2f, 1.2f, 4.5f}},
     {220, {-9.5f, 3.0f, 1.5f}, {-3.0f, 0.2f, 3.0f}},
     {248, {-8.0f, 4.5f, 9.0f}, {0.0f, 0.0f, 0.0f}},
 }};

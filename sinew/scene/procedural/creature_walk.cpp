@@ -1,0 +1,265 @@
+#include "sinew/scene/procedural/creature_walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "sinew/scene/procedural/stage.h"
+
+namespace sinew {
+namespace {
+
+constexpr float kTwoPi = 6.28318531f;
+constexpr vec3 kX(1.0f, 0.0f, 0.0f), kY(0.0f, 1.0f, 0.0f), kZ(0.0f, 0.0f, 1.0f);
+
+float wave(float u) {
+  return std::sin(kTwoPi * u);
+}
+float fraction(float x) {
+  return x - std::floor(x);
+}
+quat turn(float angle, vec3 axis) {
+  return glm::angleAxis(angle, axis);
+}
+
+const CreatureSkeleton& rest() {
+  static const CreatureSkeleton skeleton = creature_skeleton();
+  return skeleton;
+}
+
+// Where a foot's ball is and how foot and toes are pitched (radians; positive lifts the heel).
+struct Step {
+  vec3 ball{0.0f};
+  float pitch = 0.0f;
+  float toe_pitch = 0.0f;
+};
+
+// The rotation that carries the plane of (along, beside) to that of (new_along, new_beside).
+quat carry(vec3 along, vec3 beside, vec3 new_along, vec3 new_beside) {
+  const auto frame = [](vec3 a, vec3 b) {
+    const vec3 x = normalize(a), z = normalize(cross(x, b));
+    return mat3(x, cross(z, x), z);
+  };
+  return normalize(
+      glm::quat_cast(frame(new_along, new_beside) * glm::transpose(frame(along, beside))));
+}
+
+// Sets the four joints of a leg so that its ball is where the step says. `frames` holds the trunk.
+void plant(uint32_t leg, const Step& step, const JointFrames& frames, CreaturePose& pose) {
+  const auto joint = [&](uint32_t i) { return leg_joint(leg, i); };
+  const auto rest_at = [&](uint32_t i) { return rest()[joint(i)].position; };
+  const uint32_t parent = static_cast<uint32_t>(rest()[joint(kUpper)].parent);
+  const quat trunk = frames.rotation[parent];
+  const vec3 hip = frames.position[parent] + trunk * (rest_at(kUpper) - rest()[parent].position);
+
+  const quat foot = turn(step.pitch, kX);
+  const vec3 ankle = step.ball + foot * (rest_at(kFoot) - rest_at(kToes));
+  const float upper = length(rest_at(kLower) - rest_at(kUpper));
+  const float lower = length(rest_at(kFoot) - rest_at(kLower));
+  const vec3 to_ankle = ankle - hip;
+  const float reach =
+      std::clamp(length(to_ankle), std::abs(upper - lower) + 1e-3f, 0.999f * (upper + lower));
+  const vec3 direction = normalize(to_ankle);
+  // The knee keeps to the side of the line from hip to ankle that it has at rest.
+  const vec3 rest_line = normalize(rest_at(kFoot) - rest_at(kUpper));
+  const vec3 rest_knee = rest_at(kLower) - rest_at(kUpper);
+  const vec3 rest_side = rest_knee - dot(rest_knee, rest_line) * rest_line;
+  vec3 side = glm::slerp(glm::identity<quat>(), trunk, 0.5f) * rest_side;
+  side = normalize(side - dot(side, direction) * direction);
+  const float along = (upper * upper - lower * lower + reach * reach) / (2.0f * reach);
+  const float out = std::sqrt(std::max(0.0f, upper * upper - along * along));
+  const vec3 knee = hip + along * direction + out * side;
+
+  const std::array<quat, kLegJoints> world{
+      carry(rest_knee, rest_side, knee - hip, side),
+      carry(rest_at(kFoot) - rest_at(kLower), rest_side, hip + reach * direction - knee, side),
+      foot, turn(step.toe_pitch, kX)};
+  quat above = trunk;
+  for (uint32_t i = 0; i < kLegJoints; ++i) {
+    pose.rotation[joint(i)] = conjugate(above) * world[i];
+    above = world[i];
+  }
+}
+
+// The step of a leg at `u` of the walk's loop.
+Step walk_step(const Treadmill& treadmill, uint32_t leg, float u) {
+  const float stride = static_cast<float>(kWalkStrides) * u;
+  const float phase = fraction(stride - touch_down(leg));  // 0 when the foot touches down
+  const vec3 middle = rest()[leg_joint(leg, kToes)].position;
+  // Standing feet turn with the disc; `age` is in strides since the middle of the stance.
+  const auto on_disc = [&](float age) {
+    const quat q = turn(disc_turn(treadmill, age / static_cast<float>(kWalkStrides)), kY);
+    return treadmill.center + q * (middle - treadmill.center);
+  };
+  constexpr float kHeelUp = 0.62f, kToesUp = -0.22f;
+  Step step;
+  if (phase < kDutyFactor) {
+    const float s = phase / kDutyFactor;
+    step.ball = on_disc(phase - 0.5f * kDutyFactor);
+    step.pitch =
+        kHeelUp * glm::smoothstep(0.62f, 1.06f, s) + kToesUp * glm::smoothstep(0.14f, 0.0f, s);
+    step.toe_pitch = 0.6f * kToesUp * glm::smoothstep(0.12f, 0.0f, s);
+    return step;
+  }
+  const float s = (phase - kDutyFactor) / (1.0f - kDutyFactor);
+  // Starts and lands with the speed of the ground.
+  const float early = 0.5f * kDutyFactor + (phase - kDutyFactor);
+  const float late = -0.5f * kDutyFactor - (1.0f - phase);
+  const float blend = s * s * s * (s * (6.0f * s - 15.0f) + 10.0f);
+  step.ball = glm::mix(on_disc(early), on_disc(late), blend);
+  const float lift = 0.5f - 0.5f * std::cos(kTwoPi * std::pow(s, 0.85f));
+  step.ball.y += (is_fore(leg) ? 0.085f : 0.075f) * lift;
+  const float end_of_stance = glm::smoothstep(0.62f, 1.06f, 1.0f);
+  step.pitch = glm::mix(kHeelUp * end_of_stance, kToesUp, glm::smoothstep(0.10f, 0.95f, s)) +
+               0.35f * wave(0.5f * std::min(1.0f, 1.7f * s)) * (1.0f - s);
+  step.toe_pitch = 0.55f * lift + 0.6f * kToesUp * glm::smoothstep(0.6f, 1.0f, s);
+  return step;
+}
+
+// Chains of the spine, neck and tail during the walk; `u` of the loop.
+void walk_trunk(float u, CreaturePose& pose) {
+  const float s = static_cast<float>(kWalkStrides) * u;  // in strides
+  const float hind = wave(s + 0.25f);                    // +1 when the left hind foot touches down
+  const float fore = wave(s + 0.25f - touch_down(kLeftFore));
+  const float left = wave(s - 0.08f);  // +1 in the middle of the left hind stance
+  pose.pelvis =
+      rest()[kPelvis].position +
+      vec3(0.016f * left, -0.022f + 0.011f * -wave(2.0f * s + 0.20f), 0.006f * wave(2.0f * s));
+  pose.rotation[kPelvis] =
+      turn(-0.10f * hind, kY) * turn(0.055f * left, kZ) * turn(0.020f * wave(2.0f * s + 0.1f), kX);
+  pose.rotation[kSpine] = turn(0.06f * hind - 0.03f * fore + 0.02f, kY) * turn(-0.03f * left, kZ);
+  pose.rotation[kChest] = turn(0.05f * hind - 0.06f * fore + 0.02f, kY) *
+                          turn(0.04f * wave(s - 0.33f), kZ) *
+                          turn(-0.022f * wave(2.0f * s + 0.35f), kX);
+  // The neck takes back what the trunk does, a little late, so that the head is calm.
+  pose.rotation[kNeckLow] =
+      turn(0.045f * fore + 0.05f, kY) * turn(0.030f * wave(2.0f * s + 0.10f), kX);
+  pose.rotation[kNeckHigh] =
+      turn(0.040f * fore + 0.06f, kY) * turn(0.020f * wave(2.0f * s + 0.02f), kX);
+  pose.rotation[kHead] = turn(0.05f + 0.07f * wave(u), kY) * turn(0.05f * wave(u + 0.3f), kZ) *
+                         turn(0.045f * wave(2.0f * s - 0.10f) + 0.02f, kX);
+  pose.rotation[kJaw] = turn(0.05f + 0.035f * wave(s + 0.4f), kX);
+  for (uint32_t i = 0; i < kTailJoints; ++i) {
+    const float k = static_cast<float>(i);
+    const float sway = (0.075f + 0.018f * k) * wave(s + 0.30f - 0.085f * k);
+    const float heave = (0.018f + 0.006f * k) * wave(2.0f * s - 0.09f * k);
+    pose.rotation[kTail + i] = turn(sway - 0.02f, kY) * turn(heave, kX);
+  }
+}
+
+void look_trunk(float u, CreaturePose& pose) {
+  // A glance to the left, held, one to the right, held.
+  const float glance = glm::smoothstep(0.05f, 0.20f, u) - 2.0f * glm::smoothstep(0.40f, 0.58f, u) +
+                       glm::smoothstep(0.82f, 0.97f, u);
+  const float breath = wave(2.0f * u);
+  pose.pelvis = rest()[kPelvis].position + vec3(0.012f * glance, -0.012f + 0.006f * breath, 0.0f);
+  pose.rotation[kPelvis] = turn(0.03f * glance, kY);
+  pose.rotation[kSpine] = turn(0.04f * glance, kY) * turn(-0.012f * breath, kX);
+  pose.rotation[kChest] = turn(0.06f * glance, kY) * turn(-0.015f * breath, kX);
+  pose.rotation[kNeckLow] = turn(0.20f * glance, kY) * turn(-0.04f + 0.02f * breath, kX);
+  pose.rotation[kNeckHigh] = turn(0.24f * glance, kY) * turn(-0.06f, kX);
+  pose.rotation[kHead] = turn(0.26f * glance, kY) * turn(0.16f * wave(u + 0.1f) * glance, kZ) *
+                         turn(0.06f + 0.03f * wave(3.0f * u), kX);
+  pose.rotation[kJaw] = turn(0.06f + 0.05f * wave(2.0f * u + 0.3f), kX);
+  for (uint32_t i = 0; i < kTailJoints; ++i) {
+    const float k = static_cast<float>(i);
+    pose.rotation[kTail + i] = turn((0.06f + 0.02f * k) * wave(u - 0.06f * k), kY) *
+                               turn(0.02f * k * wave(2.0f * u - 0.10f * k), kX);
+  }
+}
+
+CreaturePose standing() {
+  CreaturePose pose;
+  pose.rotation.fill(glm::identity<quat>());
+  pose.pelvis = rest()[kPelvis].position;
+  return pose;
+}
+
+Clip bake(const char* name, double seconds, uint32_t first_node,
+          const std::function<CreaturePose(float u)>& pose_at) {
+  constexpr double kKeysASecond = 30.0;
+  const uint32_t steps = static_cast<uint32_t>(seconds * kKeysASecond);
+  const std::vector<float> times = even_times(steps, seconds);
+  std::vector<vec3> pelvis;
+  std::vector<std::vector<quat>> rotations(kCreatureJoints);
+  for (uint32_t k = 0; k <= steps; ++k) {
+    // The last key is the first, so that the loop closes to the bit.
+    const CreaturePose pose = pose_at(static_cast<float>(k % steps) / static_cast<float>(steps));
+    pelvis.push_back(pose.pelvis);
+    for (uint32_t j = 0; j < kCreatureJoints; ++j) rotations[j].push_back(pose.rotation[j]);
+  }
+  Clip clip;
+  clip.name = name;
+  clip.end = seconds;
+  clip.channels.push_back(translation_channel(first_node + kPelvis, times, pelvis));
+  for (uint32_t j = 0; j < kCreatureJoints; ++j) {
+    clip.channels.push_back(rotation_channel(first_node + j, times, rotations[j]));
+  }
+  return clip;
+}
+
+}  // namespace
+
+float disc_turn(const Treadmill& treadmill, float loops) {
+  return kTwoPi * loops / static_cast<float>(treadmill.loops_a_turn);
+}
+
+float touch_down(uint32_t leg) {
+  constexpr std::array<float, kCreatureLegs> kPhase{0.25f, 0.75f, 0.0f, 0.5f};
+  return kPhase[leg];
+}
+
+JointFrames joint_frames(const CreaturePose& pose) {
+  JointFrames frames;
+  for (uint32_t j = 0; j < kCreatureJoints; ++j) {
+    const int32_t parent = rest()[j].parent;
+    if (parent < 0) {
+      frames.rotation[j] = pose.rotation[j];
+      frames.position[j] = pose.pelvis;
+      continue;
+    }
+    const uint32_t p = static_cast<uint32_t>(parent);
+    frames.rotation[j] = frames.rotation[p] * pose.rotation[j];
+    frames.position[j] =
+        frames.position[p] + frames.rotation[p] * (rest()[j].position - rest()[p].position);
+  }
+  return frames;
+}
+
+CreaturePose walk_pose(const Treadmill& treadmill, float u) {
+  CreaturePose pose = standing();
+  walk_trunk(u, pose);
+  const JointFrames frames = joint_frames(pose);
+  for (uint32_t leg = 0; leg < kCreatureLegs; ++leg) {
+    plant(leg, walk_step(treadmill, leg, u), frames, pose);
+  }
+  return pose;
+}
+
+CreaturePose look_pose(float u) {
+  CreaturePose pose = standing();
+  look_trunk(u, pose);
+  const JointFrames frames = joint_frames(pose);
+  for (uint32_t leg = 0; leg < kCreatureLegs; ++leg) {
+    plant(leg, {rest()[leg_joint(leg, kToes)].position, 0.0f, 0.0f}, frames, pose);
+  }
+  return pose;
+}
+
+Clip walk_clip(const Treadmill& treadmill, uint32_t first_node, uint32_t disc_node) {
+  Clip clip =
+      bake("Walk", kWalkSeconds, first_node, [&](float u) { return walk_pose(treadmill, u); });
+  const std::vector<float> times = even_times(1, kWalkSeconds);
+  clip.channels.push_back(rotation_channel(
+      disc_node, times, {glm::identity<quat>(), turn(disc_turn(treadmill, 1.0f), kY)}));
+  return clip;
+}
+
+Clip look_clip(uint32_t first_node, uint32_t disc_node) {
+  Clip clip = bake("Look", kLookSeconds, first_node, look_pose);
+  clip.channels.push_back(rotation_channel(disc_node, {0.0f}, {glm::identity<quat>()}));
+  return clip;
+}
+
+}  // namespace sinew
