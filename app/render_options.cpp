@@ -176,6 +176,16 @@ Result<void> read_output(const Flags& flags, RenderJob& job) {
   return {};
 }
 
+// Linear radiance, the finished picture, and its compressed form at worst.
+Result<void> check_memory(const ImageSize& size, uint64_t limit) {
+  constexpr uint64_t kBytesPerPixel = 16 + 4 + 4;
+  const uint64_t bytes = kBytesPerPixel * size.width * size.height;
+  if (bytes <= limit) return {};
+  return usage(fmt::format("pictures of {} x {} pixels need {} MB, and --memory-limit allows {} MB",
+                           size.width, size.height, (bytes >> 20) + 1, limit >> 20),
+               "choose a smaller --size or raise the limit");
+}
+
 Result<RenderJob> read(const Flags& flags) {
   RenderJob job = flags.job;
   SINEW_CHECKED(check_engine(flags));
@@ -192,6 +202,7 @@ Result<RenderJob> read(const Flags& flags) {
   if (!flags.memory.empty()) {
     SINEW_TRY(job.load.memory_limit, parse_bytes(flags.memory));
   }
+  SINEW_CHECKED(check_memory(size, job.load.memory_limit));
   SINEW_CHECKED(read_output(flags, job));
   if (flags.progress == "json") job.progress = ProgressMode::json;
   if (flags.progress == "none") job.progress = ProgressMode::none;

@@ -40,7 +40,7 @@ Overview look_at_scene(const Scene& scene) {
   return overview;
 }
 
-const char* name_of(LightType type) {
+const char* type_name(LightType type) {
   switch (type) {
     case LightType::directional:
       return "directional";
@@ -71,32 +71,33 @@ void add_count(std::string& out, const char* label, uint64_t number) {
   if (number > 0) add_row(out, label, grouped(number));
 }
 
-// One row for each entry: "  clips        0  Idle  ..." with the label on the first.
+// One row for each entry: "  clips        0  Idle  0.000 to ..." with the label on the first.
 template <class List, class Describe>
 void add_list(std::string& out, const char* label, const List& list, const Describe& describe) {
+  size_t widest = 0;
+  const auto name_of = [](const auto& entry) {
+    return entry.name.empty() ? std::string("(no name)") : entry.name;
+  };
+  for (const auto& entry : list) widest = std::max(widest, name_of(entry).size());
   for (size_t i = 0; i < list.size(); ++i) {
-    add_row(out, i == 0 ? label : "", fmt::format("{:>2}  {}", i, describe(list[i])));
+    add_row(out, i == 0 ? label : "",
+            fmt::format("{:>3}  {:<{}}  {}", i, name_of(list[i]), widest, describe(list[i])));
   }
 }
 
 std::string describe(const Clip& clip, double fps) {
-  const auto frames =
-      static_cast<uint64_t>(std::max(1.0, std::ceil((clip.end - clip.start) * fps - 1e-3)));
-  return fmt::format("{:<20} {:.3f} to {:.3f} s, {} frames at {:g} fps, {} channels",
-                     clip.name.empty() ? "(no name)" : clip.name, clip.start, clip.end, frames, fps,
-                     clip.channels.size());
+  const double frames = std::max(1.0, std::ceil((clip.end - clip.start) * fps - 1e-3));
+  return fmt::format("{:.3f} to {:.3f} s, {:.0f} frames at {:g} fps, {} channels", clip.start,
+                     clip.end, frames, fps, clip.channels.size());
 }
 
 std::string describe(const Camera& camera) {
-  const std::string name = camera.name.empty() ? "(no name)" : camera.name;
-  if (camera.orthographic)
-    return fmt::format("{:<20} orthographic, {:g} high", name, 2 * camera.ymag);
-  return fmt::format("{:<20} perspective, {:.1f} degrees", name, glm::degrees(camera.yfov));
+  if (camera.orthographic) return fmt::format("orthographic, {:g} high", 2 * camera.ymag);
+  return fmt::format("perspective, {:.1f} degrees", glm::degrees(camera.yfov));
 }
 
 std::string describe(const Light& light) {
-  return fmt::format("{:<20} {}, intensity {:g}", light.name.empty() ? "(no name)" : light.name,
-                     name_of(light.type), light.intensity);
+  return fmt::format("{}, intensity {:g}", type_name(light.type), light.intensity);
 }
 
 Json clips_json(const Scene& scene) {
@@ -136,7 +137,7 @@ Json cameras_json(const Scene& scene) {
 Json lights_json(const Scene& scene) {
   Json lights = Json::array();
   for (const Light& light : scene.lights) {
-    lights.push_back({{"name", light.name}, {"type", name_of(light.type)}});
+    lights.push_back({{"name", light.name}, {"type", type_name(light.type)}});
   }
   return lights;
 }
@@ -206,7 +207,9 @@ std::string scene_info_text(const Scene& scene, const std::string& input) {
                         high.x, high.y, high.z));
   }
   if (scene.warnings.empty()) add_row(out, "warnings", "none");
-  add_list(out, "warnings", scene.warnings, [](const std::string& warning) { return warning; });
+  for (size_t i = 0; i < scene.warnings.size(); ++i) {
+    add_row(out, i == 0 ? "warnings" : "", scene.warnings[i]);
+  }
   return out;
 }
 

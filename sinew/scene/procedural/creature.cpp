@@ -27,7 +27,7 @@ constexpr uint32_t kFrames = 48;
 constexpr double kFps = 24.0;
 
 constexpr StudyParameter kParameters[] = {
-    {"triangles", "about how many triangles the creature has, 6000 to 2000000", "40000"},
+    {"triangles", "about how many triangles the creature has, 8000 to 2000000", "40000"},
     {"texture", "side of the skin's textures in texels, 256 to 4096", "1024"},
 };
 
@@ -39,7 +39,7 @@ enum CreatureMaterial : uint32_t {
   kGroundMaterial
 };
 
-// Shares of the triangles; the body takes the rest.
+// Shares of the triangles, about; the body takes the rest.
 constexpr float kArmourShare = 0.16f, kEyesShare = 0.04f;
 
 Mesh make_body(const CreatureBody& body, uint32_t triangles, uint32_t texture, Scene& scene) {
@@ -152,7 +152,7 @@ const StudyInfo creature_info{
     kParameters};
 
 Result<Scene> make_creature(const StudyArguments& arguments) {
-  SINEW_TRY(const uint32_t triangles, arguments.integer("triangles", 6000, 2000000));
+  SINEW_TRY(const uint32_t triangles, arguments.integer("triangles", 8000, 2000000));
   SINEW_TRY(const uint32_t texture, arguments.integer("texture", 256, 4096));
   Scene scene;
   add_materials(scene);
@@ -160,12 +160,12 @@ Result<Scene> make_creature(const StudyArguments& arguments) {
   const CreatureBody body;
   const float count = static_cast<float>(triangles);
   std::array<Mesh, 3> meshes;
-  meshes[0] = make_body(body, static_cast<uint32_t>((1.0f - kArmourShare - kEyesShare) * count),
-                        texture, scene);
-  scene.images.push_back(paint_eye(256));
   meshes[1] = make_creature_armour(body, static_cast<uint32_t>(kArmourShare * count), kHornMaterial,
                                    kPlateMaterial);
   meshes[2] = make_creature_eyes(static_cast<uint32_t>(kEyesShare * count), kEyeMaterial);
+  const size_t worn = meshes[1].triangles.size() + meshes[2].triangles.size();
+  meshes[0] = make_body(body, triangles - static_cast<uint32_t>(worn), texture, scene);
+  scene.images.push_back(paint_eye(256));
   for (Mesh& mesh : meshes) {
     const uint32_t node = add_mesh_node(scene, std::move(mesh));
     scene.nodes[node].skin = 0;

@@ -59,7 +59,7 @@ void CreatureBody::add_trunk() {
   add(kNeckHigh, {{0.0f, 0.83f, 0.53f}, 0.152f, {0.0f, 0.92f, 0.64f}, 0.148f}, 0.06f);
   const CreatureSkeleton skeleton = creature_skeleton();
   constexpr std::array<float, kTailJoints + 1> radii{0.190f, 0.150f, 0.120f, 0.096f, 0.077f,
-                                                     0.060f, 0.045f, 0.032f, 0.018f};
+                                                     0.061f, 0.050f, 0.041f, 0.030f};
   for (uint32_t i = 0; i < kTailJoints; ++i) {
     const vec3 end = i + 1 < kTailJoints ? skeleton[kTail + i + 1].position : kTailTip;
     add(kTail + i, {skeleton[kTail + i].position, radii[i], end, radii[i + 1]},

@@ -103,7 +103,10 @@ std::vector<SkinRegion> skin_regions(const ImplicitMesh& body,
         if ((joint - kLegs) % kLegJoints >= kFoot) region.hand += weights[v].weights[k];
       }
       const float up = body.normals[v].y;
-      region.belly = glm::smoothstep(-0.35f, -0.80f, up) * (1.0f - region.leg);
+      // On the head only the jaw and lips count, not the underside of the brow.
+      const vec3 p = body.surface.positions[v];
+      const float low = p.z < 0.62f ? 1.0f : glm::smoothstep(0.97f, 0.92f, p.y);
+      region.belly = glm::smoothstep(-0.35f, -0.80f, up) * (1.0f - region.leg) * low;
       region.back = glm::smoothstep(0.0f, 0.95f, up) * (1.0f - 0.6f * region.leg);
     }
   });

@@ -28,9 +28,11 @@ const CreatureSkeleton& rest() {
   return skeleton;
 }
 
-// Where a foot's ball is and how foot and toes are pitched (radians; positive lifts the heel).
+// Where a foot's ball is, how far the foot is turned around +Y, and how foot and toes are pitched
+// (radians; positive lifts the heel).
 struct Step {
   vec3 ball{0.0f};
+  float yaw = 0.0f;
   float pitch = 0.0f;
   float toe_pitch = 0.0f;
 };
@@ -53,7 +55,7 @@ void plant(uint32_t leg, const Step& step, const JointFrames& frames, CreaturePo
   const quat trunk = frames.rotation[parent];
   const vec3 hip = frames.position[parent] + trunk * (rest_at(kUpper) - rest()[parent].position);
 
-  const quat foot = turn(step.pitch, kX);
+  const quat foot = turn(step.yaw, kY) * turn(step.pitch, kX);
   const vec3 ankle = step.ball + foot * (rest_at(kFoot) - rest_at(kToes));
   const float upper = length(rest_at(kLower) - rest_at(kUpper));
   const float lower = length(rest_at(kFoot) - rest_at(kLower));
@@ -74,7 +76,7 @@ void plant(uint32_t leg, const Step& step, const JointFrames& frames, CreaturePo
   const std::array<quat, kLegJoints> world{
       carry(rest_knee, rest_side, knee - hip, side),
       carry(rest_at(kFoot) - rest_at(kLower), rest_side, hip + reach * direction - knee, side),
-      foot, turn(step.toe_pitch, kX)};
+      foot, turn(step.yaw, kY) * turn(step.toe_pitch, kX)};
   quat above = trunk;
   for (uint32_t i = 0; i < kLegJoints; ++i) {
     pose.rotation[joint(i)] = conjugate(above) * world[i];
@@ -86,17 +88,22 @@ void plant(uint32_t leg, const Step& step, const JointFrames& frames, CreaturePo
 Step walk_step(const Treadmill& treadmill, uint32_t leg, float u) {
   const float stride = static_cast<float>(kWalkStrides) * u;
   const float phase = fraction(stride - touch_down(leg));  // 0 when the foot touches down
-  const vec3 middle = rest()[leg_joint(leg, kToes)].position;
+  // Fore feet step evenly before and behind the shoulder.
+  const vec3 middle =
+      rest()[leg_joint(leg, kToes)].position + vec3(0.0f, 0.0f, is_fore(leg) ? -0.05f : 0.0f);
   // Standing feet turn with the disc; `age` is in strides since the middle of the stance.
+  const auto disc_yaw = [&](float age) {
+    return disc_turn(treadmill, age / static_cast<float>(kWalkStrides));
+  };
   const auto on_disc = [&](float age) {
-    const quat q = turn(disc_turn(treadmill, age / static_cast<float>(kWalkStrides)), kY);
-    return treadmill.center + q * (middle - treadmill.center);
+    return treadmill.center + turn(disc_yaw(age), kY) * (middle - treadmill.center);
   };
   constexpr float kHeelUp = 0.62f, kToesUp = -0.22f;
   Step step;
   if (phase < kDutyFactor) {
     const float s = phase / kDutyFactor;
     step.ball = on_disc(phase - 0.5f * kDutyFactor);
+    step.yaw = disc_yaw(phase - 0.5f * kDutyFactor);
     step.pitch =
         kHeelUp * glm::smoothstep(0.62f, 1.06f, s) + kToesUp * glm::smoothstep(0.14f, 0.0f, s);
     step.toe_pitch = 0.6f * kToesUp * glm::smoothstep(0.12f, 0.0f, s);
@@ -108,6 +115,7 @@ Step walk_step(const Treadmill& treadmill, uint32_t leg, float u) {
   const float late = -0.5f * kDutyFactor - (1.0f - phase);
   const float blend = s * s * s * (s * (6.0f * s - 15.0f) + 10.0f);
   step.ball = glm::mix(on_disc(early), on_disc(late), blend);
+  step.yaw = glm::mix(disc_yaw(early), disc_yaw(late), blend);
   const float lift = 0.5f - 0.5f * std::cos(kTwoPi * std::pow(s, 0.85f));
   step.ball.y += (is_fore(leg) ? 0.085f : 0.075f) * lift;
   const float end_of_stance = glm::smoothstep(0.62f, 1.06f, 1.0f);
@@ -242,7 +250,7 @@ CreaturePose look_pose(float u) {
   look_trunk(u, pose);
   const JointFrames frames = joint_frames(pose);
   for (uint32_t leg = 0; leg < kCreatureLegs; ++leg) {
-    plant(leg, {rest()[leg_joint(leg, kToes)].position, 0.0f, 0.0f}, frames, pose);
+    plant(leg, {rest()[leg_joint(leg, kToes)].position, 0.0f, 0.0f, 0.0f}, frames, pose);
   }
   return pose;
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sinew/math/random.h"
 #include "sinew/scene/procedural/fracture.h"
 
 namespace sinew {
@@ -14,18 +13,21 @@ constexpr float kStep = 1.0f / 480.0f;  // seconds
 
 struct Body {
   std::vector<vec3> points;  // relative to the centre, at rest
+  float radius = 0.0f;       // of a ball around all points
   float inertia = 1.0f;      // a unit of mass
   PiecePose pose;
   vec3 velocity{0.0f};
   vec3 spin{0.0f};
 };
 
-// The few points that lie farthest out: enough for contact.
+// The points that lie farthest out in some direction: enough for contact.
 std::vector<vec3> support_points(std::span<const vec3> points, vec3 center) {
-  Random random(1);
+  constexpr int kDirections = 256;
   std::vector<vec3> support;
-  for (int i = 0; i < 32; ++i) {
-    const vec3 direction = random.direction();
+  for (int i = 0; i < kDirections; ++i) {
+    const float y = 1.0f - (2.0f * static_cast<float>(i) + 1.0f) / kDirections;
+    const float r = std::sqrt(1.0f - y * y), angle = 2.39996323f * static_cast<float>(i);
+    const vec3 direction(r * std::cos(angle), y, r * std::sin(angle));
     const vec3 farthest =
         *std::ranges::max_element(points, {}, [&](const vec3& p) { return dot(p, direction); });
     support.push_back(farthest - center);
@@ -35,6 +37,7 @@ std::vector<vec3> support_points(std::span<const vec3> points, vec3 center) {
 
 // Stops the lowest point if it is below the ground and sinks.
 void collide(Body& body, const FlightConfig& config) {
+  if (body.pose.center.y > body.radius) return;
   vec3 arm(0.0f);
   float lowest = 0.0f;
   for (const vec3 p : body.points) {
@@ -92,6 +95,7 @@ std::vector<PiecePose> fly(std::span<const vec3> points, vec3 center, const Flig
   body.spin = config.spin;
   float radius_squared = 0.0f;
   for (const vec3 p : body.points) radius_squared = std::max(radius_squared, dot(p, p));
+  body.radius = std::sqrt(radius_squared);
   body.inertia = 0.25f * radius_squared;
 
   std::vector<PiecePose> poses;

@@ -53,6 +53,55 @@ std::vector<vec3> scatter_seeds(uint32_t pieces) {
   return seeds;
 }
 
+// The connected triangles of one piece each.
+std::vector<std::vector<uint32_t>> find_fragments(const CutSphere& cut) {
+  std::vector<uint8_t> found(cut.piece.size(), 0);
+  std::vector<std::vector<uint32_t>> fragments;
+  for (uint32_t seed = 0; seed < found.size(); ++seed) {
+    if (found[seed]) continue;
+    std::vector<uint32_t> members{seed};
+    found[seed] = 1;
+    for (size_t i = 0; i < members.size(); ++i) {
+      for (uint32_t h = 3 * members[i]; h < 3 * members[i] + 3; ++h) {
+        const uint32_t neighbour = cut.opposite[h] / 3;
+        if (cut.is_border(h) || found[neighbour]) continue;
+        found[neighbour] = 1;
+        members.push_back(neighbour);
+      }
+    }
+    fragments.push_back(std::move(members));
+  }
+  return fragments;
+}
+
+// Gives every fragment of a piece but its largest to a piece beside it, until pieces are in one.
+void join_fragments(CutSphere& cut, size_t pieces) {
+  for (int pass = 0; pass < 8; ++pass) {
+    const std::vector<std::vector<uint32_t>> fragments = find_fragments(cut);
+    std::vector<size_t> largest(pieces, 0);  // triangles, by piece
+    for (const std::vector<uint32_t>& f : fragments) {
+      largest[cut.piece[f[0]]] = std::max(largest[cut.piece[f[0]]], f.size());
+    }
+    bool changed = false;
+    for (const std::vector<uint32_t>& f : fragments) {
+      const uint32_t piece = cut.piece[f[0]];
+      if (f.size() == largest[piece]) {
+        largest[piece] = cut.piece.size() + 1;  // of equals, the first stays
+        continue;
+      }
+      uint32_t other = piece;
+      for (size_t i = 0; i < f.size() && other == piece; ++i) {
+        for (uint32_t h = 3 * f[i]; h < 3 * f[i] + 3; ++h) {
+          if (cut.is_border(h)) other = cut.piece[cut.opposite[h] / 3];
+        }
+      }
+      for (const uint32_t t : f) cut.piece[t] = other;
+      changed = true;
+    }
+    if (!changed) return;
+  }
+}
+
 CutSphere cut_sphere(uint32_t frequency, std::span<const vec3> seeds) {
   CutSphere cut;
   cut.sphere = geodesic_sphere(frequency);
@@ -78,6 +127,7 @@ CutSphere cut_sphere(uint32_t frequency, std::span<const vec3> seeds) {
       }
     }
   });
+  join_fragments(cut, seeds.size());
   for (uint32_t h = 0; h < cut.opposite.size(); ++h) cut.border_edges += cut.is_border(h);
   return cut;
 }

@@ -20,6 +20,15 @@ uint8_t dominant_side(vec3 n) {
   return static_cast<uint8_t>(2 * axis + (n[axis] < 0.0f));
 }
 
+vec3 triangle_normal(std::span<const vec3> normals, uvec3 t) {
+  return normalize(normals[t.x] + normals[t.y] + normals[t.z]);
+}
+
+// Whether flattening to the side keeps at least a fifth of the area.
+bool faces(vec3 n, uint8_t side) {
+  return (side % 2 == 0 ? n[side / 2] : -n[side / 2]) > 0.2f;
+}
+
 // Drops the axis of a side; seen from outside, x goes right and y up.
 vec2 flatten(vec3 p, uint8_t side) {
   const float sign = side % 2 == 0 ? 1.0f : -1.0f;
@@ -34,13 +43,12 @@ vec2 flatten(vec3 p, uint8_t side) {
 }
 
 // The side that each triangle faces, with ragged borders between sides straightened: a triangle
-// takes the side that two of its neighbours have.
+// takes the side that two of its neighbours have, unless it would be seen edge-on.
 std::vector<uint8_t> choose_sides(std::span<const vec3> normals, std::span<const uvec3> triangles,
                                   std::span<const uint32_t> opposite) {
   std::vector<uint8_t> sides(triangles.size());
   for (size_t t = 0; t < triangles.size(); ++t) {
-    const uvec3 v = triangles[t];
-    sides[t] = dominant_side(normals[v.x] + normals[v.y] + normals[v.z]);
+    sides[t] = dominant_side(triangle_normal(normals, triangles[t]));
   }
   for (int pass = 0; pass < 4; ++pass) {
     const std::vector<uint8_t> old = sides;
@@ -50,8 +58,10 @@ std::vector<uint8_t> choose_sides(std::span<const vec3> normals, std::span<const
         const uint32_t h = opposite[3 * t + k];
         near[k] = h == kNoHalfEdge ? old[t] : old[h / 3];
       }
-      if (near[0] == near[1] || near[0] == near[2]) sides[t] = near[0];
-      if (near[1] == near[2]) sides[t] = near[1];
+      uint8_t wanted = old[t];
+      if (near[0] == near[1] || near[0] == near[2]) wanted = near[0];
+      if (near[1] == near[2]) wanted = near[1];
+      if (faces(triangle_normal(normals, triangles[t]), wanted)) sides[t] = wanted;
     }
   }
   return sides;
@@ -59,6 +69,7 @@ std::vector<uint8_t> choose_sides(std::span<const vec3> normals, std::span<const
 
 struct Chart {
   uint8_t side = 0;
+  uint32_t triangles = 1;
   bool turned = false;  // by a quarter, to lie flat
   vec2 low{1e30f}, high{-1e30f};
   vec2 place{0.0f};  // of `low` in the atlas, in texels
@@ -66,16 +77,44 @@ struct Chart {
   vec2 size() const { return high - low; }
 };
 
-// Connected triangles of one side.
-std::vector<uint32_t> find_charts(std::span<const uint8_t> sides,
-                                  std::span<const uint32_t> opposite, std::vector<Chart>& charts) {
-  std::vector<uint32_t> chart(sides.size(), kNoChart);
+// What a chart's triangles have in common: a side, and a slice across the longest axis of the body
+// (long charts would leave much of the square empty).
+struct Label {
+  uint8_t side = 0;
+  uint8_t slice = 0;
+  bool operator==(const Label&) const = default;
+};
+
+std::vector<Label> choose_labels(std::span<const vec3> positions, std::span<const vec3> normals,
+                                 std::span<const uvec3> triangles,
+                                 std::span<const uint32_t> opposite) {
+  constexpr float kSlices = 4.0f;
+  Box box;
+  for (const vec3 p : positions) box.extend(p);
+  const vec3 size = box.extent();
+  const int axis = size.x >= size.y && size.x >= size.z ? 0 : (size.y >= size.z ? 1 : 2);
+  const std::vector<uint8_t> sides = choose_sides(normals, triangles, opposite);
+  std::vector<Label> labels(triangles.size());
+  for (size_t t = 0; t < triangles.size(); ++t) {
+    const uvec3 v = triangles[t];
+    const float middle =
+        (positions[v.x][axis] + positions[v.y][axis] + positions[v.z][axis]) / 3.0f;
+    const float share = (middle - box.min[axis]) / size[axis];
+    labels[t] = {sides[t], static_cast<uint8_t>(std::clamp(kSlices * share, 0.0f, kSlices - 1.0f))};
+  }
+  return labels;
+}
+
+// Connected triangles of one label.
+std::vector<uint32_t> find_charts(std::span<const Label> labels, std::span<const uint32_t> opposite,
+                                  std::vector<Chart>& charts) {
+  std::vector<uint32_t> chart(labels.size(), kNoChart);
   std::vector<uint32_t> stack;
-  for (uint32_t seed = 0; seed < sides.size(); ++seed) {
+  for (uint32_t seed = 0; seed < labels.size(); ++seed) {
     if (chart[seed] != kNoChart) continue;
     const uint32_t id = static_cast<uint32_t>(charts.size());
     charts.push_back({});
-    charts.back().side = sides[seed];
+    charts.back().side = labels[seed].side;
     chart[seed] = id;
     stack.push_back(seed);
     while (!stack.empty()) {
@@ -83,13 +122,33 @@ std::vector<uint32_t> find_charts(std::span<const uint8_t> sides,
       stack.pop_back();
       for (uint32_t k = 0; k < 3; ++k) {
         const uint32_t h = opposite[3 * t + k];
-        if (h == kNoHalfEdge || chart[h / 3] != kNoChart || sides[h / 3] != sides[t]) continue;
+        if (h == kNoHalfEdge || chart[h / 3] != kNoChart || labels[h / 3] != labels[t]) continue;
+        ++charts.back().triangles;
         chart[h / 3] = id;
         stack.push_back(h / 3);
       }
     }
   }
   return chart;
+}
+
+// Triangles of small charts join a chart beside them, where that does not flatten them too much.
+void dissolve_small_charts(std::span<const vec3> normals, std::span<const uvec3> triangles,
+                           std::span<const uint32_t> opposite, std::span<const Chart> charts,
+                           std::span<const uint32_t> chart_of, std::vector<Label>& labels) {
+  const uint32_t small = 8 + static_cast<uint32_t>(triangles.size() / 1000);
+  const std::vector<Label> old = labels;
+  for (uint32_t t = 0; t < triangles.size(); ++t) {
+    if (charts[chart_of[t]].triangles >= small) continue;
+    uint32_t best = charts[chart_of[t]].triangles;  // join the largest
+    for (uint32_t h = 3 * t; h < 3 * t + 3; ++h) {
+      if (opposite[h] == kNoHalfEdge) continue;
+      const uint32_t other = opposite[h] / 3, size = charts[chart_of[other]].triangles;
+      if (size <= best || !faces(triangle_normal(normals, triangles[t]), old[other].side)) continue;
+      best = size;
+      labels[t] = old[other];
+    }
+  }
 }
 
 // Places charts, tallest first, in rows; false if they do not fit at this scale (texels a metre).
@@ -135,10 +194,14 @@ float pack_charts(std::vector<Chart>& charts, float side) {
 Unwrapping unwrap(std::span<const vec3> positions, std::span<const vec3> normals,
                   std::span<const uvec3> triangles, uint32_t resolution) {
   const std::vector<uint32_t> opposite = opposite_half_edges(triangles);
-  const std::vector<uint8_t> sides = choose_sides(normals, triangles, opposite);
+  std::vector<Label> labels = choose_labels(positions, normals, triangles, opposite);
   std::vector<Chart> charts;
-  const std::vector<uint32_t> chart_of = find_charts(sides, opposite, charts);
-
+  std::vector<uint32_t> chart_of = find_charts(labels, opposite, charts);
+  for (int pass = 0; pass < 3; ++pass) {
+    dissolve_small_charts(normals, triangles, opposite, charts, chart_of, labels);
+    charts.clear();
+    chart_of = find_charts(labels, opposite, charts);
+  }
   for (size_t t = 0; t < triangles.size(); ++t) {
     Chart& chart = charts[chart_of[t]];
     for (int k = 0; k < 3; ++k) {
