@@ -68,13 +68,10 @@ Result<std::vector<uint32_t>> ObjMaterials::of_parts(const ObjModel& model) {
     const auto [entry, added] =
         materials_.try_emplace(name, static_cast<uint32_t>(scene_.materials.size()));
     if (added) {
-      const auto definition = definitions_.find(name);
-      Material material;
-      if (definition != definitions_.end()) {
-        SINEW_TRY(material, convert(definition->second));
-      } else if (part.material != kNoIndex) {
-        undefined.push_back(name);
-      }
+      const auto found = definitions_.find(name);
+      const bool defined = found != definitions_.end();
+      if (!defined && part.material != kNoIndex) undefined.push_back(name);
+      SINEW_TRY(Material material, convert(defined ? found->second : Definition{}));
       material.name = name;
       scene_.materials.push_back(std::move(material));
     }

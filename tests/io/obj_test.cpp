@@ -247,6 +247,7 @@ TEST_F(ObjMaterial, MissingFilesWarn) {
   EXPECT_TRUE(any_contains(no_map->warnings, "\"none.png\" is missing"));
   const auto other = load("newmtl other\n");
   mesh_of(other);
+  EXPECT_EQ(other->materials[0].base_color, vec4(0.8f, 0.8f, 0.8f, 1)) << "a matt light grey";
   EXPECT_TRUE(any_contains(other->warnings, "1 materials are not defined"));
   std::filesystem::remove(folder.path("a.mtl"));
   const auto no_library = load_obj(folder.path("a.obj"), {});

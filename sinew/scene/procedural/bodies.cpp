@@ -157,7 +157,7 @@ constexpr std::array<CameraKey, 9> kPath{{
     {120, {8.5f, 5.0f, -8.5f}, {0.0f, 0.0f, 0.0f}},
     {160, {-3.0f, 4.5f, -11.0f}, {0.0f, 0.0f, 0.0f}},
     {182, {-7.0f, 3.0f, -8.0f}, {-4.0f, 0.3f, 0.0f}},
-    {199, {-8.0f, 2.5f, -4.5f}, {-10.2f, 1.2f, 4.5f}},
+    {199, {-8.0f, 2.5f, -4.5f}, {-7.9f, 1.4f, 4.5f}},
     {220, {-9.5f, 3.0f, 1.5f}, {-3.0f, 0.2f, 3.0f}},
     {248, {-8.0f, 4.5f, 9.0f}, {0.0f, 0.0f, 0.0f}},
 }};
@@ -248,7 +248,7 @@ Result<Scene> make_bodies(const StudyArguments& arguments) {
            400.0f * scale * scale);
   add_camera_path(scene, clip, scale);
   scene.clips.push_back(std::move(clip));
-  scene.environment = {{0.20f, 0.34f, 0.62f}, {0.82f, 0.80f, 0.78f}, {0.16f, 0.13f, 0.12f}};
+  scene.environment = {{0.05f, 0.13f, 0.34f}, {0.50f, 0.55f, 0.62f}, {0.035f, 0.032f, 0.045f}};
   scene.default_frames = kFrames;
   scene.default_fps = kFps;
   return scene;

@@ -106,7 +106,7 @@ void add_ground(Scene& scene) {
         0.5f + 0.5f * std::sin(6.28318531f * 4.0f * v +
                                1.6f * fractal_noise(vec3(3.0f * u, 3.0f * v, 0.0f), 3, 8));
     const float grain = fractal_noise(vec3(90.0f * u, 90.0f * v, 3.0f), 2, 9);
-    return vec3(0.62f, 0.50f, 0.37f) * (0.86f + 0.12f * ripple + 0.22f * grain);
+    return vec3(0.46f, 0.34f, 0.23f) * (0.86f + 0.12f * ripple + 0.22f * grain);
   }));
   Material sand = colored_material("sand", vec3(1.0f), 0.95f);
   sand.base_color_texture.image = 0;
@@ -147,10 +147,10 @@ Result<Scene> make_fracture(const StudyArguments& arguments) {
   const uint32_t node = add_mesh_node(scene, std::move(shell));
   scene.nodes[node].skin = 0;
   add_ground(scene);
-  add_sun(scene, "key", {{0.8f, 1.1f, 0.7f}, {1.0f, 0.93f, 0.82f}, 2.8f});
-  add_sun(scene, "fill", {{-1.0f, 0.5f, 0.4f}, {0.72f, 0.84f, 1.0f}, 0.6f});
+  add_sun(scene, "key", {{0.8f, 1.1f, 0.7f}, {1.0f, 0.90f, 0.75f}, 4.0f});
+  add_sun(scene, "fill", {{-1.0f, 0.5f, 0.4f}, {0.66f, 0.80f, 1.0f}, 0.8f});
   add_camera(scene, "Front", {{0.9f, 1.7f, 5.2f}, {0.0f, 0.75f, 0.0f}, 0.62f});
-  scene.environment = {{0.40f, 0.54f, 0.78f}, {0.85f, 0.83f, 0.80f}, {0.30f, 0.26f, 0.22f}};
+  scene.environment = {{0.10f, 0.22f, 0.46f}, {0.52f, 0.58f, 0.63f}, {0.20f, 0.16f, 0.12f}};
   scene.default_frames = kFrames;
   scene.default_fps = kFps;
   return scene;

@@ -48,7 +48,7 @@ Place on_sphere(uint32_t i, float s, float share) {
   const float y = 1.0f - 2.0f * s, r = std::sqrt(std::max(0.0f, 1.0f - y * y));
   const float angle = kTwoPi * golden_turn(i);
   const vec3 n(r * std::cos(angle), y, r * std::sin(angle));
-  return {1.05f * n, n, 0.75f * 2.0f * kTwoPi * 1.05f * 1.05f * share};
+  return {1.05f * n, n, 1.1f * 2.0f * kTwoPi * 1.05f * 1.05f * share};
 }
 
 // A tube along a trefoil knot.
@@ -63,34 +63,36 @@ Place on_knot(uint32_t i, float s, float share) {
   const vec3 side = normalize(cross(along, vec3(0.0f, 0.0f, 1.0f)));
   const float angle = kTwoPi * golden_turn(i);
   const vec3 n = std::cos(angle) * side + std::sin(angle) * cross(side, along);
-  return {curve(t) + kTube * n, n, 0.8f * kTwoPi * kTube * 11.5f * share};
+  return {curve(t) + kTube * n, n, 1.2f * kTwoPi * kTube * 11.5f * share};
 }
 
-// The surfaces of 5 x 5 x 5 cubes.
+// The surfaces of 5 x 5 x 5 cubes, one after the other along a line that folds through them.
 Place on_cubes(uint32_t i, float s, float share) {
   constexpr uint32_t kSide = 5, kCubes = kSide * kSide * kSide;
   constexpr float kPitch = 0.38f, kEdge = 0.21f;
   const uint32_t cube = std::min(kCubes - 1, static_cast<uint32_t>(s * kCubes));
-  const vec3 cell(cube % kSide, cube / kSide % kSide, cube / kSide / kSide);
-  // Faces and places on them by the two-dimensional golden sequence (plastic number).
-  const uint32_t face = i % 6, axis = face % 3;
-  const float a = fraction(0.7548776662466927 * (i / 6)) - 0.5f;
-  const float b = fraction(0.5698402909980532 * (i / 6)) - 0.5f;
+  glm::uvec3 cell(cube % kSide, cube / kSide % kSide, cube / kSide / kSide);
+  if (cell.z % 2 == 1) cell.y = kSide - 1 - cell.y;
+  if (cube / kSide % 2 == 1) cell.x = kSide - 1 - cell.x;
+  const float turn = 6.0f * golden_turn(i);
+  const int face = std::min(5, static_cast<int>(turn)), axis = face % 3;
   vec3 n(0.0f), p;
   n[axis] = face < 3 ? 1.0f : -1.0f;
   p[axis] = 0.5f * n[axis];
-  p[(axis + 1) % 3] = a;
-  p[(axis + 2) % 3] = b;
-  return {kPitch * (cell - 0.5f * (kSide - 1.0f)) + kEdge * p, n,
-          0.9f * 6.0f * kEdge * kEdge * kCubes * share};
+  p[(axis + 1) % 3] = turn - static_cast<float>(face) - 0.5f;
+  p[(axis + 2) % 3] = fraction(static_cast<double>(s) * kCubes) - 0.5f;
+  return {kPitch * (vec3(cell) - 0.5f * (kSide - 1.0f)) + kEdge * p, n,
+          1.2f * 6.0f * kEdge * kEdge * kCubes * share};
 }
 
 // A spiral with three arms, tilted towards the door.
 Place on_swirl(uint32_t i, float s, float share) {
   Random random(hash_combine(3, i));
-  const float arm = static_cast<float>(i % 3) / 3.0f, radius = 0.12f + 1.45f * std::sqrt(s);
-  const float spread = random.uniform(-1.0f, 1.0f), height = random.uniform(-1.0f, 1.0f);
-  const float angle = kTwoPi * (arm + 0.95f * std::sqrt(s)) + 0.42f * spread * std::abs(spread);
+  const float turn = 3.0f * golden_turn(i), arm = std::floor(turn);
+  const float radius = 0.12f + 1.45f * std::sqrt(s);
+  const float spread = 2.0f * (turn - arm) - 1.0f, height = random.uniform(-1.0f, 1.0f);
+  const float angle =
+      kTwoPi * (arm / 3.0f + 0.95f * std::sqrt(s)) + 0.42f * spread * std::abs(spread);
   const vec3 flat(radius * std::cos(angle), 0.16f * height * std::abs(height) * (1.2f - s),
                   radius * std::sin(angle));
   const quat tilt = glm::angleAxis(0.55f, vec3(1.0f, 0.0f, 0.0f));
@@ -98,10 +100,10 @@ Place on_swirl(uint32_t i, float s, float share) {
   return {tilt * flat, tilt * n, 6.0f * share};
 }
 
-// Anywhere in a ball, turned anyhow.
-Place in_cloud(uint32_t i, float, float share) {
+// Anywhere in a ball, in about the direction from its middle as on the sphere, turned anyhow.
+Place in_cloud(uint32_t i, float s, float share) {
   Random random(hash_combine(5, i));
-  const vec3 direction = random.direction();
+  const vec3 direction = normalize(on_sphere(i, s, share).normal + 0.25f * random.direction());
   const float radius = 1.55f * std::cbrt(random.uniform());
   return {radius * direction, random.direction(), 8.0f * share};
 }
@@ -162,7 +164,7 @@ enum RoomMaterial : uint32_t { kArt, kWall, kFloor, kCeiling, kStone, kFrame, kP
 
 void add_materials(Scene& scene) {
   scene.materials = {colored_material("art", vec3(1.0f), 0.25f, 0.35f),
-                     colored_material("wall", {0.62f, 0.57f, 0.50f}, 0.9f),
+                     colored_material("wall", {0.44f, 0.36f, 0.27f}, 0.9f),
                      colored_material("floor", vec3(1.0f), 0.15f),
                      colored_material("ceiling", {0.80f, 0.79f, 0.76f}, 0.9f),
                      colored_material("stone", {0.13f, 0.14f, 0.17f}, 0.3f),
@@ -250,8 +252,8 @@ Result<Scene> make_soup(const StudyArguments& arguments) {
   add_materials(scene);
   const uint32_t art = add_mesh_node(scene, make_art(triangles));
   add_room(scene);
-  add_lamp(scene, "lamp by the door", {2.6f, 4.1f, 3.0f}, {1.0f, 0.92f, 0.80f}, 26.0f);
-  add_lamp(scene, "lamp by the window", {-3.2f, 3.9f, 1.2f}, {0.82f, 0.90f, 1.0f}, 16.0f);
+  add_lamp(scene, "lamp by the door", {2.0f, 3.7f, 2.6f}, {1.0f, 0.90f, 0.76f}, 38.0f);
+  add_lamp(scene, "lamp by the window", {-2.4f, 3.3f, 1.0f}, {0.76f, 0.88f, 1.0f}, 20.0f);
   add_camera(scene, "Door", {{3.3f, 2.2f, 4.3f}, {-0.15f, 1.62f, 0.0f}, 0.80f});
 
   Clip clip;
@@ -261,7 +263,7 @@ Result<Scene> make_soup(const StudyArguments& arguments) {
                                         even_times(kKeys - 1, clip.end),
                                         {0.0f, 1.0f, 2.0f, 3.0f, 4.0f}));
   scene.clips.push_back(std::move(clip));
-  scene.environment = {vec3(0.22f), vec3(0.20f), vec3(0.16f)};
+  scene.environment = {vec3(0.30f, 0.31f, 0.33f), vec3(0.26f), vec3(0.20f, 0.18f, 0.16f)};
   scene.default_frames = static_cast<int32_t>(std::lround(key_seconds * (kKeys - 1) * kFps));
   scene.default_fps = kFps;
   return scene;

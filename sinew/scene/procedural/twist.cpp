@@ -140,20 +140,24 @@ void add_chain(Scene& scene) {
 }
 
 void add_floor(Scene& scene) {
-  scene.images.push_back(paint_image(512, 64, [](float u, float v) {
-    const float grain = fractal_noise(vec3(40.0f * u, 6.0f * v, 0.0f), 3, 5);
-    const float edge = std::min({u, 1.0f - u, 4.0f * v, 4.0f * (1.0f - v)});
-    const float joint = glm::smoothstep(0.004f, 0.016f, edge);
-    return vec3(0.50f, 0.47f, 0.44f) * (0.55f + 0.45f * joint) * (1.0f + 0.25f * grain);
+  // Polished slate with thin rings: one ring and no spokes in the texture.
+  scene.images.push_back(paint_image(256, 128, [](float u, float v) {
+    const float cloud =
+        fractal_noise(vec3(std::cos(kTwoPi * u), std::sin(kTwoPi * u), 4.0f * v), 4, 5);
+    const float ring = glm::smoothstep(0.03f, 0.015f, std::abs(v - 0.5f));
+    return glm::mix(vec3(0.055f, 0.062f, 0.075f) * (1.0f + 0.5f * cloud), vec3(0.16f, 0.13f, 0.08f),
+                    ring);
   }));
-  Material floor = colored_material("floor", vec3(1.0f), 0.45f);
+  Material floor = colored_material("floor", vec3(1.0f), 0.10f);
   floor.base_color_texture.image = 0;
+  floor.base_color_texture.wrap_t = Wrap::mirror;
   scene.materials.push_back(std::move(floor));
   DiscConfig disc;
   disc.radius = 3.0f;
   disc.rings = 6;
-  disc.turns = 12.0f;
-  disc.ring_height = 1.0f;
+  disc.sectors = 96;
+  disc.turns = 4.0f;
+  disc.ring_height = 0.5f;
   Mesh mesh = make_disc(disc, 1);
   mesh.name = "floor";
   const uint32_t node = add_mesh_node(scene, std::move(mesh));
@@ -173,10 +177,10 @@ Result<Scene> make_twist(const StudyArguments& arguments) {
   scene.nodes[bar].skin = 0;
   add_chain(scene);
   add_floor(scene);
-  add_sun(scene, "key", {{0.7f, 1.0f, 0.8f}, {1.0f, 0.94f, 0.86f}, 2.6f});
-  add_sun(scene, "rim", {{-1.0f, 0.6f, -0.5f}, {0.70f, 0.82f, 1.0f}, 0.9f});
-  add_camera(scene, "Front", {{0.6f, 2.1f, 6.6f}, {0.0f, 1.22f, 0.0f}, 0.56f});
-  scene.environment = {{0.42f, 0.55f, 0.76f}, {0.86f, 0.84f, 0.82f}, {0.24f, 0.20f, 0.18f}};
+  add_sun(scene, "key", {{0.7f, 1.0f, 0.8f}, {1.0f, 0.92f, 0.80f}, 4.0f});
+  add_sun(scene, "rim", {{-1.0f, 0.6f, -0.5f}, {0.62f, 0.78f, 1.0f}, 1.8f});
+  add_camera(scene, "Front", {{0.6f, 1.9f, 6.4f}, {0.0f, 1.26f, 0.0f}, 0.53f});
+  scene.environment = {{0.06f, 0.15f, 0.36f}, {0.50f, 0.56f, 0.62f}, {0.06f, 0.055f, 0.06f}};
   scene.default_frames = kFrames;
   scene.default_fps = kFps;
   return scene;
