@@ -54,8 +54,8 @@ int trace_a_scene(const char* input) {
     const vec3 above = box.center() + vec3(0, box.extent().y, 0);
     const auto hit = world->closest_hit({.origin = above, .direction = {0, -1, 0}});
     if (hit) {
-      std::printf("%.2f s: object %u, triangle %u, %.3f below\n", time, hit->object,
-                  hit->primitive, static_cast<double>(hit->t));
+      std::printf("%.2f s: object %u, triangle %u, %.3f below\n", time, hit->object, hit->primitive,
+                  static_cast<double>(hit->t));
     } else {
       std::printf("%.2f s: nothing below\n", time);
     }
