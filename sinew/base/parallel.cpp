@@ -33,8 +33,7 @@ int thread_count() {
 
 struct ThreadLimit::Impl {
   tbb::global_control control;
-  explicit Impl(size_t threads)
-      : control(tbb::global_control::max_allowed_parallelism, threads) {}
+  explicit Impl(size_t threads) : control(tbb::global_control::max_allowed_parallelism, threads) {}
 };
 
 ThreadLimit::ThreadLimit(int threads) {
