@@ -12,6 +12,7 @@
 #include "app/contact_sheet.h"
 #include "app/frame_output.h"
 #include "app/frames.h"
+#include "app/hide.h"
 #include "app/interrupt.h"
 #include "app/report.h"
 #include "sinew/base/parallel.h"
@@ -205,7 +206,8 @@ Result<int> render(const RenderJob& job) {
   SINEW_CHECKED(check_outputs(job));
   const auto start = std::chrono::steady_clock::now();
   const ThreadLimit threads(job.threads);
-  SINEW_TRY(const Scene scene, load(job.input, job.load));
+  SINEW_TRY(Scene scene, load(job.input, job.load));
+  SINEW_CHECKED(hide_objects(scene, job.hide));
   SINEW_TRY(const int clip, find_clip(scene, job.clip));
   const Timeline timeline = timeline_of(scene, clip, job.fps);
   SINEW_TRY(std::vector<Shot> shots, choose_shots(job, timeline));

@@ -23,6 +23,7 @@ struct RenderJob {
   std::vector<int> frames;     // empty: all of the clip
   std::optional<double> time;  // a single picture of this time instead of frames
   double fps = 0.0;            // 0: the scene's own
+  std::vector<std::string> hide;  // patterns of object names
   CameraChoice camera;
   RenderSettings settings;
   std::optional<Rgb> background;  // lies behind everything in the finished picture

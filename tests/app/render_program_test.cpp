@@ -38,6 +38,24 @@ int covered(const Image8& image) {
   return count;
 }
 
+TEST(Render, HiddenObjectsAreLeftOut) {
+  const std::string bodies = "study:bodies,subdivisions=2";
+  TemporaryFolder folder;
+  const auto draw = [&](const std::string& name, const std::vector<std::string>& more) {
+    std::vector<std::string> options = {"--time", "1", "--background", "ff00ff"};
+    options.insert(options.end(), more.begin(), more.end());
+    const Outcome outcome = render(bodies, folder.path(name), options);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return covered(*read_png(folder.path(name)));
+  };
+  const int all = draw("all.png", {});
+  EXPECT_GT(all, 0);
+  EXPECT_EQ(draw("none.png", {"--hide", "*"}), 0);
+  const Outcome unknown = render(bodies, folder.path("b.png"), {"--hide", "axe"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("'axe' fits no object"), std::string::npos) << unknown.err;
+}
+
 TEST(Render, AStaticSceneIsOnePicture) {
   TemporaryFolder folder;
   const std::string obj = folder.write("a.obj", small_obj());

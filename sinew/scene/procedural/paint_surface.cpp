@@ -76,27 +76,35 @@ SurfacePoint surface_point(const Unwrapping& unwrapping, std::span<const vec3> p
   return point;
 }
 
-// Fills texels next to covered ones with the mean of those, `kBleed` times.
-void bleed(Image8& image, std::vector<uint8_t> covered) {
+// Gives the texel the mean of its covered neighbours; false if there are none.
+bool fill_texel(Image8& image, const std::vector<uint8_t>& covered, int x, int y) {
   const int n = static_cast<int>(image.width);
+  int sum[3] = {0, 0, 0}, count = 0;
+  for (int ny = std::max(0, y - 1); ny <= std::min(n - 1, y + 1); ++ny) {
+    for (int nx = std::max(0, x - 1); nx <= std::min(n - 1, x + 1); ++nx) {
+      if (!covered[static_cast<size_t>(ny * n + nx)]) continue;
+      const uint8_t* p = image.at(static_cast<uint32_t>(nx), static_cast<uint32_t>(ny));
+      for (int c = 0; c < 3; ++c) sum[c] += p[c];
+      ++count;
+    }
+  }
+  if (count == 0) return false;
+  uint8_t* p = image.at(static_cast<uint32_t>(x), static_cast<uint32_t>(y));
+  for (int c = 0; c < 3; ++c) p[c] = static_cast<uint8_t>((sum[c] + count / 2) / count);
+  return true;
+}
+
+// Fills texels next to covered ones, `kBleed` times.
+void bleed(PaintedTextures& textures, std::vector<uint8_t> covered) {
+  const int n = static_cast<int>(textures.color.width);
   for (int pass = 0; pass < kBleed; ++pass) {
     const std::vector<uint8_t> before = covered;
-    parallel_for(image.height, 16, [&](size_t begin, size_t end) {
+    parallel_for(static_cast<size_t>(n), 16, [&](size_t begin, size_t end) {
       for (int y = static_cast<int>(begin); y < static_cast<int>(end); ++y) {
         for (int x = 0; x < n; ++x) {
           if (before[static_cast<size_t>(y * n + x)]) continue;
-          int sum[3] = {0, 0, 0}, count = 0;
-          for (int i = 0; i < 9; ++i) {
-            const int nx = x + i % 3 - 1, ny = y + i / 3 - 1;
-            if (nx < 0 || ny < 0 || nx >= n || ny >= n || !before[static_cast<size_t>(ny * n + nx)])
-              continue;
-            const uint8_t* p = image.at(static_cast<uint32_t>(nx), static_cast<uint32_t>(ny));
-            for (int c = 0; c < 3; ++c) sum[c] += p[c];
-            ++count;
-          }
-          if (count == 0) continue;
-          uint8_t* p = image.at(static_cast<uint32_t>(x), static_cast<uint32_t>(y));
-          for (int c = 0; c < 3; ++c) p[c] = static_cast<uint8_t>((sum[c] + count / 2) / count);
+          if (!fill_texel(textures.color, before, x, y)) continue;
+          fill_texel(textures.normal, before, x, y);
           covered[static_cast<size_t>(y * n + x)] = 1;
         }
       }
@@ -141,8 +149,7 @@ PaintedTextures paint_surface(const Unwrapping& unwrapping, std::span<const vec3
       }
     }
   });
-  bleed(textures.color, covered);
-  bleed(textures.normal, std::move(covered));
+  bleed(textures, std::move(covered));
   return textures;
 }
 

@@ -265,13 +265,4 @@ Mesh single_part_mesh(TriangleSurface surface, uint32_t material) {
   return mesh;
 }
 
-void append_surface(Mesh& mesh, const TriangleSurface& surface, uint32_t material) {
-  const uint32_t first = static_cast<uint32_t>(mesh.positions.size());
-  const uint32_t part = static_cast<uint32_t>(mesh.parts.size());
-  mesh.parts.push_back({material, false});
-  mesh.positions.insert(mesh.positions.end(), surface.positions.begin(), surface.positions.end());
-  for (const uvec3 t : surface.triangles) mesh.triangles.push_back(t + first);
-  mesh.triangle_part.resize(mesh.triangles.size(), part);
-}
-
 }  // namespace sinew

@@ -54,7 +54,4 @@ std::vector<uint32_t> opposite_half_edges(std::span<const uvec3> triangles);
 // A mesh of one part.
 Mesh single_part_mesh(TriangleSurface surface, uint32_t material);
 
-// Appends `part` to `mesh` as a new MeshPart of the given material; attributes are left alone.
-void append_surface(Mesh& mesh, const TriangleSurface& surface, uint32_t material);
-
 }  // namespace sinew

@@ -185,7 +185,10 @@ float pack_charts(std::vector<Chart>& charts, float side) {
   const auto height = [&](uint32_t i) { return std::min(charts[i].size().x, charts[i].size().y); };
   std::ranges::stable_sort(order, [&](uint32_t a, uint32_t b) { return height(a) > height(b); });
   float scale = side / std::sqrt(std::max(area, 1e-12f));
-  while (!pack(charts, order, scale, side)) scale *= 0.99f;
+  while (!pack(charts, order, scale, side)) {
+    scale *= 0.99f;
+    SINEW_CHECK(scale > 1e-6f * side);  // else the margins alone are too much for the square
+  }
   return scale;
 }
 
