@@ -4,7 +4,6 @@
 #include <array>
 
 #include "sinew/base/check.h"
-#include "sinew/base/parallel.h"
 #include "sinew/bvh/build_common.h"
 
 namespace sinew {
@@ -89,44 +88,13 @@ Split best_split(const Bins& bins, const Binning& binning, const BuildConfig& co
   return best;
 }
 
-class BinnedBuilder {
+// Splits ranges of primitives at the best plane between bins.
+class BinnedSplit {
  public:
-  BinnedBuilder(std::span<const Box> boxes, const BuildConfig& config)
-      : config_(config), refs_(build_detail::make_refs(boxes)) {
-    if (!refs_.empty()) slots_.resize(2 * refs_.size() - 1);
-  }
+  BinnedSplit(std::vector<PrimitiveRef>& refs, const BuildConfig& config)
+      : config_(config), refs_(refs) {}
 
-  Tree run() {
-    if (refs_.empty()) return {};
-    build(0, 0, refs_.size(), 0);
-    return build_detail::compact(slots_, refs_);
-  }
-
- private:
-  static constexpr size_t kChunk = 16384;  // primitives binned by one task
-
-  void build(uint32_t slot, size_t begin, size_t end, int depth) {
-    const size_t count = end - begin;
-    const size_t middle = count == 1 ? begin : split(begin, end, depth);
-    if (middle == begin) {
-      slots_[slot] = TreeNode::leaf(static_cast<uint32_t>(begin), static_cast<uint32_t>(count));
-      return;
-    }
-    const uint32_t left = build_detail::left_slot(slot);
-    const uint32_t right = build_detail::right_slot(slot, middle - begin);
-    slots_[slot] = TreeNode::inner(left, right);
-    const auto build_left = [&] { build(left, begin, middle, depth + 1); };
-    const auto build_right = [&] { build(right, middle, end, depth + 1); };
-    if (count > build_detail::kTaskSize) {
-      parallel_invoke(build_left, build_right);
-    } else {
-      build_left();
-      build_right();
-    }
-  }
-
-  // Partitions the range and returns its middle, or `begin` to make it a leaf.
-  size_t split(size_t begin, size_t end, int depth) {
+  size_t operator()(size_t begin, size_t end, int depth) const {
     const size_t count = end - begin;
     const size_t halves = begin + count / 2;
     if (depth >= build_detail::kBalanceDepth) return count <= config_.max_leaf ? begin : halves;
@@ -147,6 +115,9 @@ class BinnedBuilder {
         [&](const PrimitiveRef& ref) { return binning.bin(ref, best.axis) < best.bin; });
     return static_cast<size_t>(middle - refs_.begin());
   }
+
+ private:
+  static constexpr size_t kChunk = 16384;  // primitives binned by one task
 
   void measure(size_t begin, size_t end, Rows& centers, Rows& box) const {
     const auto add = [&](size_t first, size_t last, Rows& c, Rows& b) {
@@ -185,9 +156,8 @@ class BinnedBuilder {
     return bins;
   }
 
-  BuildConfig config_;
-  std::vector<PrimitiveRef> refs_;
-  std::vector<TreeNode> slots_;
+  const BuildConfig& config_;
+  std::vector<PrimitiveRef>& refs_;
 };
 
 }  // namespace
@@ -195,7 +165,9 @@ class BinnedBuilder {
 Tree build_binned(std::span<const Box> primitive_boxes, const BuildConfig& config) {
   SINEW_CHECK(config.bins >= 2 && config.bins <= kMaxBins);
   SINEW_CHECK(config.max_leaf >= 1 && config.leaf_block >= 1);
-  return BinnedBuilder(primitive_boxes, config).run();
+  std::vector<PrimitiveRef> refs = build_detail::make_refs(primitive_boxes);
+  const BinnedSplit split(refs, config);
+  return build_detail::TopDown(refs, split).run();
 }
 
 }  // namespace sinew

@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "sinew/base/parallel.h"
 #include "sinew/bvh/build.h"
 #include "sinew/bvh/tree.h"
 
@@ -94,5 +95,46 @@ inline Tree compact(const std::vector<TreeNode>& slots, const std::vector<Primit
   }
   return tree;
 }
+
+// Builds a tree over refs from the root down. split(begin, end, depth) reorders the references of
+// its range and returns where the right subtree begins, or `begin` to make the range a leaf; ranges
+// of one are leaves without asking. Disjoint ranges are split by different threads at once.
+template <class Split>
+class TopDown {
+ public:
+  TopDown(std::vector<PrimitiveRef>& refs, const Split& split) : refs_(refs), split_(split) {}
+
+  Tree run() {
+    if (refs_.empty()) return {};
+    slots_.resize(2 * refs_.size() - 1);
+    build(0, 0, refs_.size(), 0);
+    return compact(slots_, refs_);
+  }
+
+ private:
+  void build(uint32_t slot, size_t begin, size_t end, int depth) {
+    const size_t count = end - begin;
+    const size_t middle = count == 1 ? begin : split_(begin, end, depth);
+    if (middle == begin) {
+      slots_[slot] = TreeNode::leaf(static_cast<uint32_t>(begin), static_cast<uint32_t>(count));
+      return;
+    }
+    const uint32_t left = left_slot(slot);
+    const uint32_t right = right_slot(slot, middle - begin);
+    slots_[slot] = TreeNode::inner(left, right);
+    const auto build_left = [&] { build(left, begin, middle, depth + 1); };
+    const auto build_right = [&] { build(right, middle, end, depth + 1); };
+    if (count > kTaskSize) {
+      parallel_invoke(build_left, build_right);
+    } else {
+      build_left();
+      build_right();
+    }
+  }
+
+  std::vector<PrimitiveRef>& refs_;
+  const Split& split_;
+  std::vector<TreeNode> slots_;
+};
 
 }  // namespace sinew::build_detail

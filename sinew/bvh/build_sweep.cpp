@@ -2,7 +2,6 @@
 // Based on: V. Havran, "Heuristic Ray Shooting Algorithms", 2000; J. Goldsmith, J. Salmon,
 // "Automatic Creation of Object Hierarchies for Ray Tracing", 1987 (the cost).
 #include "sinew/base/check.h"
-#include "sinew/base/parallel.h"
 #include "sinew/bvh/build_common.h"
 
 namespace sinew {
@@ -24,43 +23,13 @@ void sort_on(std::span<PrimitiveRef> refs, int axis) {
   });
 }
 
-class SweepBuilder {
+// Splits ranges of primitives at the best plane between two centroids.
+class SweepSplit {
  public:
-  SweepBuilder(std::span<const Box> boxes, const BuildConfig& config)
-      : config_(config), refs_(build_detail::make_refs(boxes)) {
-    if (refs_.empty()) return;
-    slots_.resize(2 * refs_.size() - 1);
-    right_cost_.resize(refs_.size());
-  }
+  SweepSplit(std::vector<PrimitiveRef>& refs, const BuildConfig& config)
+      : config_(config), refs_(refs), right_cost_(refs.size()) {}
 
-  Tree run() {
-    if (refs_.empty()) return {};
-    build(0, 0, refs_.size(), 0);
-    return build_detail::compact(slots_, refs_);
-  }
-
- private:
-  void build(uint32_t slot, size_t begin, size_t end, int depth) {
-    const size_t count = end - begin;
-    const size_t middle = count == 1 ? begin : split(begin, end, depth);
-    if (middle == begin) {
-      slots_[slot] = TreeNode::leaf(static_cast<uint32_t>(begin), static_cast<uint32_t>(count));
-      return;
-    }
-    const uint32_t left = build_detail::left_slot(slot);
-    const uint32_t right = build_detail::right_slot(slot, middle - begin);
-    slots_[slot] = TreeNode::inner(left, right);
-    const auto build_left = [&] { build(left, begin, middle, depth + 1); };
-    const auto build_right = [&] { build(right, middle, end, depth + 1); };
-    if (count > build_detail::kTaskSize) {
-      parallel_invoke(build_left, build_right);
-    } else {
-      build_left();
-      build_right();
-    }
-  }
-
-  size_t split(size_t begin, size_t end, int depth) {
+  size_t operator()(size_t begin, size_t end, int depth) const {
     const size_t count = end - begin;
     const std::span<PrimitiveRef> refs(refs_.data() + begin, count);
     const bool may_be_leaf = count <= config_.max_leaf;
@@ -83,7 +52,8 @@ class SweepBuilder {
     return begin + best.left;
   }
 
-  void sweep(std::span<const PrimitiveRef> refs, size_t begin, int axis, Split& best) {
+ private:
+  void sweep(std::span<const PrimitiveRef> refs, size_t begin, int axis, Split& best) const {
     Rows box;
     float* const right_cost = right_cost_.data() + begin;
     for (size_t i = refs.size() - 1; i > 0; --i) {
@@ -98,17 +68,18 @@ class SweepBuilder {
     }
   }
 
-  BuildConfig config_;
-  std::vector<PrimitiveRef> refs_;
-  std::vector<TreeNode> slots_;
-  std::vector<float> right_cost_;  // scratch: every task uses its own range
+  const BuildConfig& config_;
+  std::vector<PrimitiveRef>& refs_;
+  mutable std::vector<float> right_cost_;  // scratch: every task uses its own range
 };
 
 }  // namespace
 
 Tree build_sweep(std::span<const Box> primitive_boxes, const BuildConfig& config) {
   SINEW_CHECK(config.max_leaf >= 1 && config.leaf_block >= 1);
-  return SweepBuilder(primitive_boxes, config).run();
+  std::vector<PrimitiveRef> refs = build_detail::make_refs(primitive_boxes);
+  const SweepSplit split(refs, config);
+  return build_detail::TopDown(refs, split).run();
 }
 
 }  // namespace sinew

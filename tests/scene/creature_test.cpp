@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/study_helpers.h"
 #include "scene/surface_checks.h"
 #include "sinew/scene/procedural/creature_body.h"
 #include "sinew/scene/procedural/creature_skeleton.h"
@@ -20,22 +21,6 @@ namespace {
 const Scene& small_creature() {
   static const Scene scene = *make_study_scene("creature,triangles=24000,texture=256");
   return scene;
-}
-
-uint32_t object_of(const Scene& scene, const std::string& mesh) {
-  for (uint32_t i = 0; i < scene.objects.size(); ++i) {
-    if (scene.meshes[scene.objects[i].mesh].name == mesh) return i;
-  }
-  ADD_FAILURE() << mesh;
-  return 0;
-}
-
-std::vector<vec3> positions_at(const Scene& scene, int clip, double time, uint32_t object) {
-  ScenePose pose;
-  sample(scene, clip, time, pose);
-  std::vector<vec3> positions(scene.meshes[scene.objects[object].mesh].positions.size());
-  world_positions(scene, pose, object, positions);
-  return positions;
 }
 
 size_t creature_triangles(const Scene& scene) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "scene/study_helpers.h"
 #include "scene/surface_checks.h"
 #include "sinew/base/parallel.h"
 #include "sinew/scene/sample.h"
@@ -26,22 +27,6 @@ const Mesh& mesh_named(const Scene& scene, const std::string& name) {
   const auto found = std::ranges::find(scene.meshes, name, &Mesh::name);
   EXPECT_NE(found, scene.meshes.end()) << name;
   return *found;
-}
-
-uint32_t object_of(const Scene& scene, const std::string& mesh) {
-  for (uint32_t i = 0; i < scene.objects.size(); ++i) {
-    if (scene.meshes[scene.objects[i].mesh].name == mesh) return i;
-  }
-  ADD_FAILURE() << mesh;
-  return 0;
-}
-
-std::vector<vec3> positions_at(const Scene& scene, int clip, double time, uint32_t object) {
-  ScenePose pose;
-  sample(scene, clip, time, pose);
-  std::vector<vec3> positions(scene.meshes[scene.objects[object].mesh].positions.size());
-  world_positions(scene, pose, object, positions);
-  return positions;
 }
 
 // FNV-1a over everything that a renderer reads.
