@@ -19,10 +19,10 @@ namespace sinew::app {
 struct RenderJob {
   std::string input;
   LoadOptions load;
-  std::string clip;            // as prepare() takes it
-  std::vector<int> frames;     // empty: all of the clip
-  std::optional<double> time;  // a single picture of this time instead of frames
-  double fps = 0.0;            // 0: the scene's own
+  std::string clip;               // as prepare() takes it
+  std::vector<int> frames;        // empty: all of the clip
+  std::optional<double> time;     // a single picture of this time instead of frames
+  double fps = 0.0;               // 0: the scene's own
   std::vector<std::string> hide;  // patterns of object names
   CameraChoice camera;
   RenderSettings settings;

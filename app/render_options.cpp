@@ -100,8 +100,9 @@ void add_picture_options(CLI::App& app, Flags& flags) {
                  "How far occlusion reaches (default: a quarter of the scene)")
       ->check(number_in(0.0, 1e12))
       ->group(kGroup);
-  app.add_option("--hide", flags.job.hide,
-                 "Leave out objects (or meshes) of this name; * and ? as in a shell; may be repeated")
+  app.add_option(
+         "--hide", flags.job.hide,
+         "Leave out objects (or meshes) of this name; * and ? as in a shell; may be repeated")
       ->allow_extra_args(false)
       ->group(kGroup);
   app.add_flag("--shadows,!--no-shadows", settings.shadows, "Cast shadows (default: yes)")

@@ -16,14 +16,12 @@ struct BenchOptions {
 };
 
 std::string table(const nlohmann::json& report) {
-  std::string out = fmt::format("{} on {}, {} triangles, {} threads, {}\n",
-                                report["bench"].get<std::string>(),
-                                report["scene"].get<std::string>(),
-                                report["triangles"].get<uint64_t>(),
-                                report["machine"]["threads"].get<int>(),
-                                report["opponents"][0].get<std::string>());
-  out += fmt::format("{:>8} {:>10} {:>10} {:>10} {:>7}\n", "time s", "", "sinew", "embree",
-                     "ratio");
+  std::string out = fmt::format(
+      "{} on {}, {} triangles, {} threads, {}\n", report["bench"].get<std::string>(),
+      report["scene"].get<std::string>(), report["triangles"].get<uint64_t>(),
+      report["machine"]["threads"].get<int>(), report["opponents"][0].get<std::string>());
+  out +=
+      fmt::format("{:>8} {:>10} {:>10} {:>10} {:>7}\n", "time s", "", "sinew", "embree", "ratio");
   for (const auto& row : report["rows"]) {
     const double time = row["time_s"];
     const auto line = [&](std::string_view name, double ours, double theirs) {

@@ -12,18 +12,15 @@ EmbreeScene::EmbreeScene(std::span<const vec3> positions, std::span<const uvec3>
       geometry_(rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE)),
       vertex_count_(positions.size()) {
   const bool refit = mode == EmbreeMode::refit;
-  rtcSetSceneFlags(scene_, refit ? static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST |
-                                                              RTC_SCENE_FLAG_DYNAMIC)
-                                 : RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneFlags(
+      scene_, refit ? static_cast<RTCSceneFlags>(RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC)
+                    : RTC_SCENE_FLAG_ROBUST);
   rtcSetSceneBuildQuality(scene_, refit ? RTC_BUILD_QUALITY_LOW : RTC_BUILD_QUALITY_MEDIUM);
-  rtcSetGeometryBuildQuality(geometry_,
-                             refit ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM);
-  vertices_ = static_cast<vec3*>(
-      rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                              sizeof(vec3), positions.size()));
-  auto* const indices = static_cast<uvec3*>(
-      rtcSetNewGeometryBuffer(geometry_, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                              sizeof(uvec3), triangles.size()));
+  rtcSetGeometryBuildQuality(geometry_, refit ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_MEDIUM);
+  vertices_ = static_cast<vec3*>(rtcSetNewGeometryBuffer(
+      geometry_, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(vec3), positions.size()));
+  auto* const indices = static_cast<uvec3*>(rtcSetNewGeometryBuffer(
+      geometry_, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, sizeof(uvec3), triangles.size()));
   std::copy(positions.begin(), positions.end(), vertices_);
   std::copy(triangles.begin(), triangles.end(), indices);
   rtcCommitGeometry(geometry_);
@@ -37,7 +34,9 @@ EmbreeScene::~EmbreeScene() {
   rtcReleaseDevice(device_);
 }
 
-std::span<vec3> EmbreeScene::vertices() { return {vertices_, vertex_count_}; }
+std::span<vec3> EmbreeScene::vertices() {
+  return {vertices_, vertex_count_};
+}
 
 void EmbreeScene::commit() {
   rtcUpdateGeometryBuffer(geometry_, RTC_BUFFER_TYPE_VERTEX, 0);

@@ -60,8 +60,8 @@ double mega_per_second(size_t rays, const std::vector<double>& ms) {
 
 struct FrameResult {
   nlohmann::json row;
-  double trace_ratio = 0.0;   // our rays a second over Embree's
-  double refit_ratio = 0.0;   // our update time over Embree's refit
+  double trace_ratio = 0.0;  // our rays a second over Embree's
+  double refit_ratio = 0.0;  // our update time over Embree's refit
 };
 
 double differing(std::span<const Hit> a, std::span<const Hit> b) {
@@ -93,11 +93,9 @@ Result<FrameResult> measure_frame(const FlatScene& scene, const CameraView& came
   Result<Bvh> ours = build(scene.positions, scene.triangles);
   if (!ours) return fail(ours.error());
   std::unique_ptr<EmbreeScene> embree;
-  our_build.push_back(
-      milliseconds([&] { ours = build(scene.positions, scene.triangles); }));
+  our_build.push_back(milliseconds([&] { ours = build(scene.positions, scene.triangles); }));
   embree_build.push_back(milliseconds([&] {
-    embree =
-        std::make_unique<EmbreeScene>(scene.positions, scene.triangles, EmbreeMode::medium);
+    embree = std::make_unique<EmbreeScene>(scene.positions, scene.triangles, EmbreeMode::medium);
   }));
 
   std::vector<Ray> primary = primary_rays(camera, options.width, options.height);
@@ -178,9 +176,9 @@ Result<nlohmann::json> bench_trace(const TraceOptions& options) {
       {"scene", options.scene},
       {"triangles", flat.triangles.size()},
       {"figures",
-       {figure("trace_ratio", geometric_mean(trace_ratios), "1", "more",
-               "rays a second of the binned-SAH tree, watertight, over Embree medium ROBUST; " +
-                   size),
+       {figure(
+            "trace_ratio", geometric_mean(trace_ratios), "1", "more",
+            "rays a second of the binned-SAH tree, watertight, over Embree medium ROBUST; " + size),
         figure("refit_ratio", geometric_mean(refit_ratios), "1", "less",
                "time of a full update over Embree's refit; " + size)}},
       {"rows", std::move(rows)}};

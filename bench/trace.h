@@ -13,8 +13,8 @@ struct TraceOptions {
   std::string clip;
   uint32_t width = 1024;
   uint32_t height = 768;
-  uint32_t frames = 3;     // evenly spread over the clip
-  uint32_t repeats = 5;    // of every measurement; medians count
+  uint32_t frames = 3;   // evenly spread over the clip
+  uint32_t repeats = 5;  // of every measurement; medians count
   int threads = 2;
 };
 

@@ -46,8 +46,7 @@ std::vector<Ray> primary_rays(const CameraView& camera, uint32_t width, uint32_t
   rays.reserve(size_t{width} * height);
   for (uint32_t y = 0; y < height; ++y) {
     for (uint32_t x = 0; x < width; ++x) {
-      rays.push_back(
-          camera_ray(camera, float(x) + 0.5f, float(y) + 0.5f, width, height));
+      rays.push_back(camera_ray(camera, float(x) + 0.5f, float(y) + 0.5f, width, height));
     }
   }
   return rays;

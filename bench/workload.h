@@ -29,7 +29,6 @@ struct Workload {
 
 // `hits` belong to `primary` rays; secondary rays start at them.
 std::vector<Ray> primary_rays(const CameraView& camera, uint32_t width, uint32_t height);
-Workload make_workload(const FlatScene& scene, std::vector<Ray> primary,
-                       std::span<const Hit> hits);
+Workload make_workload(const FlatScene& scene, std::vector<Ray> primary, std::span<const Hit> hits);
 
 }  // namespace sinew::bench

@@ -20,10 +20,10 @@ namespace sinew::test {
 // A triangle as the ray sees it. Float arithmetic may decide either way where edge functions lie
 // within its error bound of zero; then the triangle is neither surely hit nor surely missed.
 struct ExactHit {
-  bool sure_hit = false;   // of the plane region, whatever t is
+  bool sure_hit = false;  // of the plane region, whatever t is
   bool sure_miss = false;
-  double t = 0.0;          // where the ray meets the plane
-  double t_error = 0.0;    // bound on the float error of t
+  double t = 0.0;        // where the ray meets the plane
+  double t_error = 0.0;  // bound on the float error of t
 };
 
 // `slack` bounds how far coordinates may be off before the test begins: the rounding of placements.
@@ -74,15 +74,14 @@ inline ExactHit exact_hit(const Ray& ray, vec3 v0, vec3 v1, vec3 v2, double slac
 // Where the closest hit may lie as far as float arithmetic can tell. `slack` is empty or holds one
 // value a triangle.
 struct Verdict {
-  bool certain = false;         // exactly one answer is right: `primitive` (or nothing)
+  bool certain = false;  // exactly one answer is right: `primitive` (or nothing)
   uint32_t primitive = kNoObject;
   double t = std::numeric_limits<double>::infinity();
   double t_error = 0.0;
 };
 
 inline Verdict brute_force(const Ray& ray, std::span<const vec3> positions,
-                           std::span<const uvec3> triangles,
-                           std::span<const float> slack = {}) {
+                           std::span<const uvec3> triangles, std::span<const float> slack = {}) {
   Verdict best;
   double first_doubtful = std::numeric_limits<double>::infinity();
   std::vector<std::pair<double, double>> others;  // (t, error) of sure hits
@@ -142,9 +141,8 @@ inline void judge(const Ray& ray, const Hit& hit, const Verdict& truth, Agreemen
 
 // Rays of the kinds that rendering makes: towards points on triangles from outside, and from points
 // on triangles outwards.
-inline std::vector<Ray> test_rays(std::span<const vec3> positions,
-                                  std::span<const uvec3> triangles, size_t count,
-                                  uint32_t seed) {
+inline std::vector<Ray> test_rays(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                                  size_t count, uint32_t seed) {
   Random random(seed);
   vec3 low(std::numeric_limits<float>::infinity()), high(-low);
   for (const uvec3& t : triangles) {

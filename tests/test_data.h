@@ -6,6 +6,6 @@
 #include <filesystem>
 #include <string>
 
-#define SINEW_DATA_OR_SKIP(variable, relative)                                   \
-  const std::string variable = std::string(SINEW_TEST_DATA "/") + (relative);    \
+#define SINEW_DATA_OR_SKIP(variable, relative)                                \
+  const std::string variable = std::string(SINEW_TEST_DATA "/") + (relative); \
   if (!std::filesystem::exists(variable)) GTEST_SKIP() << "no test data at " << variable

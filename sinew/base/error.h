@@ -31,7 +31,9 @@ struct Error {
 template <class T>
 using Result = tl::expected<T, Error>;
 
-inline tl::unexpected<Error> fail(Error error) { return tl::unexpected<Error>(std::move(error)); }
+inline tl::unexpected<Error> fail(Error error) {
+  return tl::unexpected<Error>(std::move(error));
+}
 
 }  // namespace sinew
 
@@ -39,14 +41,14 @@ inline tl::unexpected<Error> fail(Error error) { return tl::unexpected<Error>(st
 // puts the value in `target`. SINEW_CHECKED does the same for a Result<void>.
 #define SINEW_TRY(target, expression) \
   SINEW_TRY_IMPL_(target, expression, SINEW_TRY_NAME_(sinew_result_, __LINE__))
-#define SINEW_CHECKED(expression)                                                      \
-  do {                                                                                 \
-    if (auto sinew_status_ = (expression); !sinew_status_)                             \
-      return ::tl::unexpected<::sinew::Error>(std::move(sinew_status_).error());       \
+#define SINEW_CHECKED(expression)                                                \
+  do {                                                                           \
+    if (auto sinew_status_ = (expression); !sinew_status_)                       \
+      return ::tl::unexpected<::sinew::Error>(std::move(sinew_status_).error()); \
   } while (false)
 #define SINEW_TRY_JOIN_(a, b) a##b
 #define SINEW_TRY_NAME_(a, b) SINEW_TRY_JOIN_(a, b)
-#define SINEW_TRY_IMPL_(target, expression, result)                          \
-  auto result = (expression);                                                \
+#define SINEW_TRY_IMPL_(target, expression, result)                                \
+  auto result = (expression);                                                      \
   if (!result) return ::tl::unexpected<::sinew::Error>(std::move(result).error()); \
   target = std::move(*result)

@@ -15,11 +15,11 @@
 namespace sinew {
 
 struct BuildConfig {
-  float traversal_cost = 1.0f;   // of a node, relative to intersection_cost
-  float intersection_cost = 1.0f;// of one block of `leaf_block` primitives
-  uint32_t leaf_block = 4;       // primitives tested together; leaf cost is ceil(n / leaf_block)
-  uint32_t max_leaf = 8;         // primitives in a leaf, at most; 1: one primitive a leaf
-  uint32_t bins = 16;            // build_binned only: 2..32 a axis
+  float traversal_cost = 1.0f;     // of a node, relative to intersection_cost
+  float intersection_cost = 1.0f;  // of one block of `leaf_block` primitives
+  uint32_t leaf_block = 4;         // primitives tested together; leaf cost is ceil(n / leaf_block)
+  uint32_t max_leaf = 8;           // primitives in a leaf, at most; 1: one primitive a leaf
+  uint32_t bins = 16;              // build_binned only: 2..32 a axis
 };
 
 // Boxes must be finite. A primitive may have an empty extent, not an empty box.

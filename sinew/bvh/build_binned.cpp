@@ -58,8 +58,8 @@ struct Bins {
 };
 
 struct Split {
-  int axis = -1;       // -1: no plane separates the centroids
-  uint32_t bin = 0;    // bins below it go left
+  int axis = -1;                                        // -1: no plane separates the centroids
+  uint32_t bin = 0;                                     // bins below it go left
   float cost = std::numeric_limits<float>::infinity();  // sum of area * leaf cost
 };
 
@@ -73,8 +73,8 @@ Split best_split(const Bins& bins, const Binning& binning, const BuildConfig& co
     for (uint32_t b = binning.bins - 1; b > 0; --b) {
       box.extend(bins.box[axis][b]);
       count += bins.count[axis][b];
-      right_cost[b] = count == 0 ? Rows::kInfinity
-                                 : box.half_area() * build_detail::leaf_cost(config, count);
+      right_cost[b] =
+          count == 0 ? Rows::kInfinity : box.half_area() * build_detail::leaf_cost(config, count);
     }
     box = Rows();
     count = 0;
@@ -82,8 +82,7 @@ Split best_split(const Bins& bins, const Binning& binning, const BuildConfig& co
       box.extend(bins.box[axis][b - 1]);
       count += bins.count[axis][b - 1];
       if (count == 0) continue;
-      const float cost =
-          box.half_area() * build_detail::leaf_cost(config, count) + right_cost[b];
+      const float cost = box.half_area() * build_detail::leaf_cost(config, count) + right_cost[b];
       if (cost < best.cost) best = {axis, b, cost};
     }
   }
@@ -110,8 +109,7 @@ class BinnedBuilder {
     const size_t count = end - begin;
     const size_t middle = count == 1 ? begin : split(begin, end, depth);
     if (middle == begin) {
-      slots_[slot] =
-          TreeNode::leaf(static_cast<uint32_t>(begin), static_cast<uint32_t>(count));
+      slots_[slot] = TreeNode::leaf(static_cast<uint32_t>(begin), static_cast<uint32_t>(count));
       return;
     }
     const uint32_t left = build_detail::left_slot(slot);

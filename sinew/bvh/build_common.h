@@ -61,10 +61,12 @@ inline constexpr int kBalanceDepth = 48;
 // Ranges larger than this are built by a task of their own.
 inline constexpr size_t kTaskSize = 4096;
 
-// A subtree over n primitives gets 2n - 1 consecutive slots: its root, then its left subtree's, then
-// its right subtree's. So indices do not depend on which thread is faster. compact() removes the
-// slots that leaves of several primitives left unused.
-inline uint32_t left_slot(uint32_t slot) { return slot + 1; }
+// A subtree over n primitives gets 2n - 1 consecutive slots: its root, then its left subtree's,
+// then its right subtree's. So indices do not depend on which thread is faster. compact() removes
+// the slots that leaves of several primitives left unused.
+inline uint32_t left_slot(uint32_t slot) {
+  return slot + 1;
+}
 inline uint32_t right_slot(uint32_t slot, size_t left_count) {
   return slot + 2 * static_cast<uint32_t>(left_count);
 }

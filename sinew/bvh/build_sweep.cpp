@@ -44,8 +44,7 @@ class SweepBuilder {
     const size_t count = end - begin;
     const size_t middle = count == 1 ? begin : split(begin, end, depth);
     if (middle == begin) {
-      slots_[slot] =
-          TreeNode::leaf(static_cast<uint32_t>(begin), static_cast<uint32_t>(count));
+      slots_[slot] = TreeNode::leaf(static_cast<uint32_t>(begin), static_cast<uint32_t>(count));
       return;
     }
     const uint32_t left = build_detail::left_slot(slot);
@@ -94,8 +93,7 @@ class SweepBuilder {
     box = Rows();
     for (size_t i = 1; i < refs.size(); ++i) {
       box.extend(refs[i - 1].box);
-      const float cost =
-          box.half_area() * build_detail::leaf_cost(config_, i) + right_cost[i];
+      const float cost = box.half_area() * build_detail::leaf_cost(config_, i) + right_cost[i];
       if (cost < best.cost) best = {axis, i, cost};
     }
   }

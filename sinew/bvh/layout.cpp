@@ -82,15 +82,14 @@ class LayoutMaker {
     std::vector<Task> queue = {{Tree::kRoot, new_node(), 1}};
     for (size_t next = 0; next < queue.size(); ++next) {  // breadth first: parents before children
       const Task task = queue[next];
-      const WideChildren children = open_children(
-          tree_, bounds_, task.tree_node, [&](uint32_t node) { return is_treelet(node); });
+      const WideChildren children = open_children(tree_, bounds_, task.tree_node,
+                                                  [&](uint32_t node) { return is_treelet(node); });
       for (uint32_t lane = 0; lane < children.count; ++lane) {
         uint32_t word;
         if (is_treelet(children.node[lane])) {
           const auto treelet = static_cast<uint32_t>(layout_.treelets.size());
           word = treelet_word(treelet);
-          layout_.treelets.push_back(
-              {.parent_node = task.wide_node, .parent_lane = lane});
+          layout_.treelets.push_back({.parent_node = task.wide_node, .parent_lane = lane});
           treelet_roots_.push_back({children.node[lane], 0, task.depth + 1});
         } else {
           word = inner_word(new_node());
@@ -114,8 +113,8 @@ class LayoutMaker {
       for (size_t next = 0; next < queue.size(); ++next) {
         const Task task = queue[next];
         layout_.depth = std::max(layout_.depth, task.depth + 1);
-        const WideChildren children = open_children(
-            tree_, bounds_, task.tree_node, [&](uint32_t node) { return is_leaf(node); });
+        const WideChildren children = open_children(tree_, bounds_, task.tree_node,
+                                                    [&](uint32_t node) { return is_leaf(node); });
         for (uint32_t lane = 0; lane < children.count; ++lane) {
           uint32_t word;
           if (is_leaf(children.node[lane])) {

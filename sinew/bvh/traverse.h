@@ -50,7 +50,7 @@ struct QueryOptions {
   uint32_t mask = 0xffffffffu;
   Facing facing = Facing::any;
   HitFilter filter = {};
-  uint32_t first_ray = 0;   // what the filter is told for rays[0]
+  uint32_t first_ray = 0;  // what the filter is told for rays[0]
 };
 
 // hits[i] = the closest hit of rays[i], or a Hit that is false. Sizes must agree.

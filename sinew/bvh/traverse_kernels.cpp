@@ -39,9 +39,9 @@ HWY_INLINE uint32_t mask_bits(D d, hn::Mask<D> mask) {
 // What a ray costs once per space that it enters.
 struct RaySetup {
   float origin[3];
-  float reciprocal[3];   // of the direction; finite
-  int near_high[3];      // 1 if the ray meets the high plane of that axis first
-  int kx, ky, kz;        // axes; the direction is largest along kz (Woop 2013)
+  float reciprocal[3];  // of the direction; finite
+  int near_high[3];     // 1 if the ray meets the high plane of that axis first
+  int kx, ky, kz;       // axes; the direction is largest along kz (Woop 2013)
   float shear_x, shear_y, shear_z;
 
   RaySetup(const vec3& o, const vec3& d) {
@@ -86,7 +86,7 @@ HWY_INLINE uint32_t test_boxes(const Node8& node, const RaySetup& ray, float t_m
 }
 
 struct PacketHits {
-  uint32_t bits;                 // lanes whose triangle is met within [t_min, t_max]
+  uint32_t bits;                       // lanes whose triangle is met within [t_min, t_max]
   alignas(16) float t[4], v[4], w[4];  // distance; weights of the second and third corner
 };
 
@@ -115,8 +115,7 @@ HWY_INLINE void test_packet(const TrianglePacket& packet, const RaySetup& ray, f
     const int a = (i + 2) % 3, b = (i + 1) % 3;
     e[i] = hn::Sub(hn::Mul(x[a], y[b]), hn::Mul(y[a], x[b]));
   }
-  const auto any_zero =
-      hn::Or(hn::Or(hn::Eq(e[0], zero), hn::Eq(e[1], zero)), hn::Eq(e[2], zero));
+  const auto any_zero = hn::Or(hn::Or(hn::Eq(e[0], zero), hn::Eq(e[1], zero)), hn::Eq(e[2], zero));
   if (HWY_UNLIKELY(!hn::AllFalse(d, any_zero))) {
     alignas(16) float sx[3][4], sy[3][4], se[4];
     for (int c = 0; c < 3; ++c) {
@@ -301,22 +300,24 @@ class Traversal {
 void closest_hits_kernel(const SceneView& scene, const Ray* rays, Hit* hits, size_t count,
                          const QueryOptions& options) {
   for (size_t i = 0; i < count; ++i) {
-    hits[i] = Traversal<false>(scene, options, rays[i],
-                               options.first_ray + static_cast<uint32_t>(i))
-                  .run();
+    hits[i] =
+        Traversal<false>(scene, options, rays[i], options.first_ray + static_cast<uint32_t>(i))
+            .run();
   }
 }
 
 void any_hits_kernel(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
                      const QueryOptions& options) {
   for (size_t i = 0; i < count; ++i) {
-    hit[i] = static_cast<bool>(Traversal<true>(scene, options, rays[i],
-                                               options.first_ray + static_cast<uint32_t>(i))
-                                   .run());
+    hit[i] = static_cast<bool>(
+        Traversal<true>(scene, options, rays[i], options.first_ray + static_cast<uint32_t>(i))
+            .run());
   }
 }
 
-const char* target_name() { return hwy::TargetName(HWY_TARGET); }
+const char* target_name() {
+  return hwy::TargetName(HWY_TARGET);
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace sinew
@@ -342,7 +343,9 @@ void any_hits(const SceneView& scene, std::span<const Ray> rays, std::span<uint8
   HWY_DYNAMIC_DISPATCH(any_hits_kernel)(scene, rays.data(), hit.data(), rays.size(), options);
 }
 
-const char* kernel_target() { return HWY_DYNAMIC_DISPATCH(target_name)(); }
+const char* kernel_target() {
+  return HWY_DYNAMIC_DISPATCH(target_name)();
+}
 
 }  // namespace sinew
 #endif

@@ -16,8 +16,7 @@ void allocate(const Bvh8Layout& layout, Bvh8& out) {
     for (uint32_t lane = 0; lane < kWidth; ++lane) {
       const uint32_t word = layout.children[n][lane];
       const bool linked = word != kNoChild && is_treelet_word(word);
-      out.nodes[n].child[lane] =
-          linked ? made_word(layout.treelets[word & ~kTreeletBit]) : word;
+      out.nodes[n].child[lane] = linked ? made_word(layout.treelets[word & ~kTreeletBit]) : word;
     }
   }
   out.packets.resize(layout.packet_primitives.size());
@@ -66,8 +65,9 @@ void update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8
   }
   out.box = Box();
   if (layout.treelets.empty()) return;
-  const UpdateJob job{layout.treelets.data(), layout.packet_vertices.data(), layout.upper_nodes,
-                      positions.data(),       layout.vertex_count,           out.nodes.data(),
+  const UpdateJob job{layout.treelets.data(), layout.packet_vertices.data(),
+                      layout.upper_nodes,     positions.data(),
+                      layout.vertex_count,    out.nodes.data(),
                       out.packets.data(),     &out.box};
   parallel_for(layout.treelets.size(), kTreeletsPerTask, [&](size_t begin, size_t end) {
     make_treelets(job, static_cast<uint32_t>(begin), static_cast<uint32_t>(end));

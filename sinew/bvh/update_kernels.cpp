@@ -1,6 +1,7 @@
 // Makes treelets: packs their triangles' vertices and computes their boxes, bottom-up.
-// Differs from a textbook refit in that a node's eight child boxes are written together, and in that
-// the unit of work is a treelet, so it can be done eagerly by many threads or on a ray's first visit.
+// Differs from a textbook refit in that a node's eight child boxes are written together, and in
+// that the unit of work is a treelet, so it can be done eagerly by many threads or on a ray's first
+// visit.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "sinew/bvh/update_kernels.cpp"
 // clang-format off
@@ -88,10 +89,10 @@ HWY_INLINE RowBox node_box(const Node8& node) {
   const D4 d;
   alignas(16) float low[4] = {}, high[4] = {};
   for (int axis = 0; axis < 3; ++axis) {
-    low[axis] = hn::GetLane(hn::MinOfLanes(
-        d, hn::Min(hn::Load(d, node.low[axis]), hn::Load(d, node.low[axis] + 4))));
-    high[axis] = hn::GetLane(hn::MaxOfLanes(
-        d, hn::Max(hn::Load(d, node.high[axis]), hn::Load(d, node.high[axis] + 4))));
+    low[axis] = hn::GetLane(
+        hn::MinOfLanes(d, hn::Min(hn::Load(d, node.low[axis]), hn::Load(d, node.low[axis] + 4))));
+    high[axis] = hn::GetLane(
+        hn::MaxOfLanes(d, hn::Max(hn::Load(d, node.high[axis]), hn::Load(d, node.high[axis] + 4))));
   }
   RowBox box;
   box.low = hn::Load(d, low);

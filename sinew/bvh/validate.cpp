@@ -106,9 +106,8 @@ class Validator {
           treelet.packet_count == 0) {
         return report("treelet " + std::to_string(t) + " is out of range");
       }
-      if (layout_.upper_nodes > 0 &&
-          layout_.children[treelet.parent_node][treelet.parent_lane] !=
-              treelet_word(static_cast<uint32_t>(t))) {
+      if (layout_.upper_nodes > 0 && layout_.children[treelet.parent_node][treelet.parent_lane] !=
+                                         treelet_word(static_cast<uint32_t>(t))) {
         return report("treelet " + std::to_string(t) + " is not where its parent has it");
       }
     }

@@ -37,19 +37,19 @@
 
 namespace sinew {
 
-inline constexpr uint32_t kWidth = 8;           // children of a node
-inline constexpr uint32_t kPacket = 4;          // triangles in a packet
+inline constexpr uint32_t kWidth = 8;   // children of a node
+inline constexpr uint32_t kPacket = 4;  // triangles in a packet
 inline constexpr uint32_t kNoChild = 0xffffffffu;
 inline constexpr uint32_t kLeafBit = 0x80000000u;
 inline constexpr uint32_t kTreeletBit = 0x40000000u;
 inline constexpr uint32_t kMaxLeafPackets = 8;
-inline constexpr uint32_t kMaxPackets = 1u << 28;    // what a leaf word can address
-inline constexpr uint32_t kMaxDepth = 80;            // nodes from a root to a leaf; sizes the stacks
+inline constexpr uint32_t kMaxPackets = 1u << 28;  // what a leaf word can address
+inline constexpr uint32_t kMaxDepth = 80;          // nodes from a root to a leaf; sizes the stacks
 inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
 // Boxes as structure of arrays, so one SIMD test takes all eight.
 struct alignas(64) Node8 {
-  float low[3][kWidth];    // x, y, z
+  float low[3][kWidth];  // x, y, z
   float high[3][kWidth];
   uint32_t child[kWidth];  // child words
   uint32_t unused[kWidth];
@@ -61,30 +61,42 @@ Node8 empty_node();
 // Triangles as vertices, not edges, so neighbours share exact corners (watertight). Unused lanes
 // repeat lane 0's triangle with primitive kNoPrimitive.
 struct alignas(32) TrianglePacket {
-  float v[3][3][kPacket];        // [corner][axis][lane]
+  float v[3][3][kPacket];  // [corner][axis][lane]
   uint32_t primitive[kPacket];
 };
 static_assert(sizeof(TrianglePacket) == 160);
 
 struct Treelet {
   uint32_t first_node = 0;
-  uint32_t node_count = 0;       // 0: the treelet is a single leaf
+  uint32_t node_count = 0;  // 0: the treelet is a single leaf
   uint32_t first_packet = 0;
   uint32_t packet_count = 0;
-  uint32_t parent_node = 0;      // whose box and child word number `parent_lane` are this treelet's;
-  uint32_t parent_lane = 0;      // without meaning if the layout has no upper nodes
+  uint32_t parent_node = 0;  // whose box and child word number `parent_lane` are this treelet's;
+  uint32_t parent_lane = 0;  // without meaning if the layout has no upper nodes
 };
 static_assert(sizeof(Treelet) == 24);
 
-inline constexpr uint32_t inner_word(uint32_t node) { return node; }
+inline constexpr uint32_t inner_word(uint32_t node) {
+  return node;
+}
 inline constexpr uint32_t leaf_word(uint32_t first_packet, uint32_t packets) {
   return kLeafBit | first_packet << 3 | (packets - 1);
 }
-inline constexpr uint32_t treelet_word(uint32_t treelet) { return kTreeletBit | treelet; }
-inline constexpr bool is_leaf_word(uint32_t word) { return (word & kLeafBit) != 0; }
-inline constexpr bool is_treelet_word(uint32_t word) { return (word >> 30) == 1; }
-inline constexpr uint32_t leaf_first(uint32_t word) { return (word & ~kLeafBit) >> 3; }
-inline constexpr uint32_t leaf_packets(uint32_t word) { return (word & 7u) + 1; }
+inline constexpr uint32_t treelet_word(uint32_t treelet) {
+  return kTreeletBit | treelet;
+}
+inline constexpr bool is_leaf_word(uint32_t word) {
+  return (word & kLeafBit) != 0;
+}
+inline constexpr bool is_treelet_word(uint32_t word) {
+  return (word >> 30) == 1;
+}
+inline constexpr uint32_t leaf_first(uint32_t word) {
+  return (word & ~kLeafBit) >> 3;
+}
+inline constexpr uint32_t leaf_packets(uint32_t word) {
+  return (word & 7u) + 1;
+}
 
 // How the treelet is linked once it is made.
 inline uint32_t made_word(const Treelet& t) {
@@ -99,12 +111,12 @@ static_assert(sizeof(PacketVertices) == 48);
 
 // What stays the same while the body moves.
 struct Bvh8Layout {
-  uint32_t upper_nodes = 0;                   // 0: the whole body is treelet 0 (or nothing)
+  uint32_t upper_nodes = 0;  // 0: the whole body is treelet 0 (or nothing)
   std::vector<std::array<uint32_t, kWidth>> children;  // of every node; treelets by treelet word
   std::vector<PacketVertices> packet_vertices;
   std::vector<std::array<uint32_t, kPacket>> packet_primitives;
   std::vector<Treelet> treelets;
-  uint32_t depth = 0;                         // nodes on the longest path
+  uint32_t depth = 0;  // nodes on the longest path
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
 };
@@ -113,8 +125,8 @@ struct Bvh8Layout {
 struct Bvh8 {
   std::vector<Node8> nodes;
   std::vector<TrianglePacket> packets;
-  uint32_t root = kNoChild;                   // child word of the whole
-  Box box;                                    // of everything; empty if there is nothing
+  uint32_t root = kNoChild;  // child word of the whole
+  Box box;                   // of everything; empty if there is nothing
 };
 
 // Collapses the tree, whose boxes are `bounds`, into eight-wide nodes and cuts it into treelets of

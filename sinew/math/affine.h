@@ -11,7 +11,9 @@ namespace sinew {
 using Affine = glm::mat4x3;
 static_assert(sizeof(Affine) == 48);
 
-inline Affine identity_affine() { return Affine(1.0f); }
+inline Affine identity_affine() {
+  return Affine(1.0f);
+}
 
 inline vec3 transform_point(const Affine& m, vec3 p) {
   return m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3];
@@ -19,7 +21,9 @@ inline vec3 transform_point(const Affine& m, vec3 p) {
 inline vec3 transform_vector(const Affine& m, vec3 v) {
   return m[0] * v.x + m[1] * v.y + m[2] * v.z;
 }
-inline mat3 linear_part(const Affine& m) { return mat3(m[0], m[1], m[2]); }
+inline mat3 linear_part(const Affine& m) {
+  return mat3(m[0], m[1], m[2]);
+}
 
 // a after b.
 inline Affine compose(const Affine& a, const Affine& b) {

@@ -43,8 +43,8 @@ inline Box transform_box(const Affine& m, const Box& b) {
   if (b.empty()) return b;
   Box out;
   for (int i = 0; i < 8; ++i) {
-    out.extend(transform_point(m, vec3(i & 1 ? b.max.x : b.min.x, i & 2 ? b.max.y : b.min.y,
-                                       i & 4 ? b.max.z : b.min.z)));
+    out.extend(transform_point(
+        m, vec3(i & 1 ? b.max.x : b.min.x, i & 2 ? b.max.y : b.min.y, i & 4 ? b.max.z : b.min.z)));
   }
   // Four roundings a coordinate (three products, summed with the translation), twice: for the
   // corners and for the point.

@@ -15,10 +15,14 @@ inline uint32_t hash_u32(uint32_t x) {
   x = ((x >> ((x >> 28u) + 4u)) ^ x) * 277803737u;
   return (x >> 22u) ^ x;
 }
-inline uint32_t hash_combine(uint32_t a, uint32_t b) { return hash_u32(a ^ hash_u32(b)); }
+inline uint32_t hash_combine(uint32_t a, uint32_t b) {
+  return hash_u32(a ^ hash_u32(b));
+}
 
 // [0, 1)
-inline float unit_float(uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
+inline float unit_float(uint32_t bits) {
+  return static_cast<float>(bits >> 8) * 0x1p-24f;
+}
 
 struct Random {
   uint32_t state = 1;
@@ -29,7 +33,7 @@ struct Random {
     uint32_t x = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
     return (x >> 22u) ^ x;
   }
-  float uniform() { return unit_float(next()); }                                  // [0, 1)
+  float uniform() { return unit_float(next()); }  // [0, 1)
   float uniform(float low, float high) { return low + (high - low) * uniform(); }
   vec3 uniform3(float low, float high) {
     const float x = uniform(low, high), y = uniform(low, high), z = uniform(low, high);

@@ -26,8 +26,8 @@ struct Hit {
   float t = std::numeric_limits<float>::infinity();
   float u = 0.0f;
   float v = 0.0f;
-  uint32_t primitive = 0;           // index of the triangle in its mesh
-  uint32_t object = kNoObject;      // kNoObject: the ray met nothing
+  uint32_t primitive = 0;       // index of the triangle in its mesh
+  uint32_t object = kNoObject;  // kNoObject: the ray met nothing
 
   explicit operator bool() const { return object != kNoObject; }
 };

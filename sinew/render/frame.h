@@ -14,10 +14,10 @@ namespace sinew {
 struct RenderSettings {
   uint32_t width = 800;
   uint32_t height = 600;
-  uint32_t samples = 1;       // camera rays a pixel, 1..4096
-  uint32_t reflections = 1;   // mirror bounces, 0..16
-  uint32_t ambient_rays = 0;  // ambient occlusion rays a hit, 0..4096; 0: none, the environment
-                              // shines unoccluded
+  uint32_t samples = 1;           // camera rays a pixel, 1..4096
+  uint32_t reflections = 1;       // mirror bounces, 0..16
+  uint32_t ambient_rays = 0;      // ambient occlusion rays a hit, 0..4096; 0: none, the environment
+                                  // shines unoccluded
   float ambient_distance = 0.0f;  // how far occlusion reaches, metres; 0: a quarter of the scene's
                                   // diagonal
   bool shadows = true;

@@ -1,9 +1,9 @@
 // Which hits count: filters for World queries. They let rays through masked-out texels, dim shadow
 // rays in blended surfaces, and give single-sided surfaces no back: those exist only for a camera
-// or a light that looks at their front, as a rasteriser's back-face culling has it. (Of objects that
-// are single-sided as a whole the query's Facing does that by itself.)
-// The product of transmittances does not depend on the order in which a hierarchy meets the
-// surfaces: logarithms are summed in fixed point.
+// or a light that looks at their front, as a rasteriser's back-face culling has it. (Of objects
+// that are single-sided as a whole the query's Facing does that by itself.) The product of
+// transmittances does not depend on the order in which a hierarchy meets the surfaces: logarithms
+// are summed in fixed point.
 #pragma once
 
 #include <cstdint>

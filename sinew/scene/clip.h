@@ -23,15 +23,15 @@ struct Channel {
   uint32_t node = 0;
   ChannelPath path = ChannelPath::translation;
   Interpolation interpolation = Interpolation::linear;
-  uint32_t width = 3;              // values in one key (a third of it for each cubic_spline part)
-  std::vector<float> times;        // seconds, strictly increasing, at least one
-  std::vector<float> values;       // key-major: times.size() * width * (cubic_spline ? 3 : 1)
+  uint32_t width = 3;         // values in one key (a third of it for each cubic_spline part)
+  std::vector<float> times;   // seconds, strictly increasing, at least one
+  std::vector<float> values;  // key-major: times.size() * width * (cubic_spline ? 3 : 1)
 };
 
 struct Clip {
   std::string name;
-  double start = 0.0;              // seconds
-  double end = 0.0;                // seconds, >= start
+  double start = 0.0;  // seconds
+  double end = 0.0;    // seconds, >= start
   std::vector<Channel> channels;
 };
 

@@ -15,9 +15,7 @@ struct Image8 {
   uint32_t height = 0;
   std::vector<uint8_t> pixels;  // 4 * width * height
 
-  const uint8_t* at(uint32_t x, uint32_t y) const {
-    return &pixels[4 * (size_t{y} * width + x)];
-  }
+  const uint8_t* at(uint32_t x, uint32_t y) const { return &pixels[4 * (size_t{y} * width + x)]; }
   uint8_t* at(uint32_t x, uint32_t y) { return &pixels[4 * (size_t{y} * width + x)]; }
 };
 

@@ -11,14 +11,14 @@ namespace sinew {
 enum class Wrap : uint8_t { repeat, mirror, clamp };
 
 struct TextureRef {
-  int32_t image = -1;              // index into Scene::images; -1: no texture
-  uint32_t texcoord = 0;           // which set of Mesh::texcoords
+  int32_t image = -1;     // index into Scene::images; -1: no texture
+  uint32_t texcoord = 0;  // which set of Mesh::texcoords
   Wrap wrap_s = Wrap::repeat;
   Wrap wrap_t = Wrap::repeat;
-  bool nearest = false;            // else bilinear
+  bool nearest = false;  // else bilinear
   // KHR_texture_transform: uv' = offset + rotation * (scale * uv)
   vec2 offset{0.0f};
-  float rotation = 0.0f;           // radians, counter-clockwise as the extension defines it
+  float rotation = 0.0f;  // radians, counter-clockwise as the extension defines it
   vec2 scale{1.0f};
 };
 
@@ -26,17 +26,17 @@ enum class AlphaMode : uint8_t { opaque, mask, blend };
 
 struct Material {
   std::string name;
-  vec4 base_color{1.0f};           // linear
-  TextureRef base_color_texture;   // sRGB colour, linear alpha
+  vec4 base_color{1.0f};          // linear
+  TextureRef base_color_texture;  // sRGB colour, linear alpha
   float metallic = 0.0f;
   float roughness = 0.8f;
   TextureRef metallic_roughness_texture;  // linear: roughness in G, metallic in B
   TextureRef normal_texture;              // linear, tangent space, +Y up
   float normal_scale = 1.0f;
-  TextureRef occlusion_texture;           // linear: occlusion in R
+  TextureRef occlusion_texture;  // linear: occlusion in R
   float occlusion_strength = 1.0f;
   vec3 emissive{0.0f};
-  TextureRef emissive_texture;     // sRGB
+  TextureRef emissive_texture;  // sRGB
   AlphaMode alpha_mode = AlphaMode::opaque;
   float alpha_cutoff = 0.5f;
   bool double_sided = true;

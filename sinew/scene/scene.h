@@ -20,10 +20,10 @@ enum class LightType : uint8_t { directional, point, spot };
 struct Light {
   std::string name;
   LightType type = LightType::directional;
-  vec3 color{1.0f};                // linear
-  float intensity = 1.0f;          // directional: lux; point and spot: candela
-  float range = 0.0f;              // metres; 0: no limit
-  float inner_cone = 0.0f;         // radians, half angles, spot only
+  vec3 color{1.0f};         // linear
+  float intensity = 1.0f;   // directional: lux; point and spot: candela
+  float range = 0.0f;       // metres; 0: no limit
+  float inner_cone = 0.0f;  // radians, half angles, spot only
   float outer_cone = 0.785398163f;
 };
 
@@ -31,31 +31,31 @@ struct Light {
 struct Camera {
   std::string name;
   bool orthographic = false;
-  float yfov = 0.8f;               // radians, full vertical angle
-  float ymag = 1.0f;               // orthographic: half height, metres
+  float yfov = 0.8f;  // radians, full vertical angle
+  float ymag = 1.0f;  // orthographic: half height, metres
   float znear = 0.01f;
 };
 
 struct Node {
   std::string name;
-  int32_t parent = -1;             // an earlier node, or -1
+  int32_t parent = -1;  // an earlier node, or -1
   vec3 translation{0.0f};
   quat rotation = glm::identity<quat>();
   vec3 scale{1.0f};
-  bool has_matrix = false;         // then `matrix` counts, not translation, rotation, scale
+  bool has_matrix = false;  // then `matrix` counts, not translation, rotation, scale
   Affine matrix = identity_affine();
   int32_t mesh = -1;
   int32_t skin = -1;
   int32_t camera = -1;
   int32_t light = -1;
-  std::vector<float> weights;      // morph weights; empty: the mesh's defaults
-  bool visible = true;             // false hides the whole subtree
+  std::vector<float> weights;  // morph weights; empty: the mesh's defaults
+  bool visible = true;         // false hides the whole subtree
 };
 
 struct Skin {
   std::string name;
-  std::vector<uint32_t> joints;           // node indices
-  std::vector<Affine> inverse_bind;       // one a joint
+  std::vector<uint32_t> joints;      // node indices
+  std::vector<Affine> inverse_bind;  // one a joint
 };
 
 // One thing that can be hit: a node with a mesh. Hit::object indexes Scene::objects.
@@ -67,26 +67,26 @@ struct SceneObject {
 
 // What rays see that leave the scene, and what light comes from everywhere.
 struct Environment {
-  vec3 zenith{0.55f, 0.65f, 0.80f};    // linear radiance straight up
-  vec3 horizon{0.80f, 0.80f, 0.80f};
-  vec3 nadir{0.35f, 0.33f, 0.30f};
+  vec3 zenith{0.30f, 0.36f, 0.44f};  // linear radiance straight up
+  vec3 horizon{0.44f, 0.46f, 0.48f};
+  vec3 nadir{0.18f, 0.17f, 0.16f};
 };
 
 struct Scene {
   std::string name;
   std::vector<Mesh> meshes;
-  std::vector<Material> materials;     // at least one if there is a mesh
+  std::vector<Material> materials;  // at least one if there is a mesh
   std::vector<Image8> images;
-  std::vector<Node> nodes;             // parents before children
+  std::vector<Node> nodes;  // parents before children
   std::vector<Skin> skins;
   std::vector<Camera> cameras;
   std::vector<Light> lights;
   std::vector<Clip> clips;
-  std::vector<SceneObject> objects;    // in node order
+  std::vector<SceneObject> objects;  // in node order
   Environment environment;
-  int32_t default_frames = 0;          // > 0: how many frames the scene is meant to have
-  double default_fps = 0.0;            // > 0: the frame rate it is meant for
-  std::vector<std::string> warnings;   // from loading: what is unsupported, corrected or ignored
+  int32_t default_frames = 0;         // > 0: how many frames the scene is meant to have
+  double default_fps = 0.0;           // > 0: the frame rate it is meant for
+  std::vector<std::string> warnings;  // from loading: what is unsupported, corrected or ignored
 };
 
 struct SceneCounts {

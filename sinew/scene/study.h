@@ -13,8 +13,8 @@ namespace sinew {
 
 struct StudyParameter {
   std::string_view name;
-  std::string_view meaning;  // with unit and range
-  std::string_view fallback; // its default, as text
+  std::string_view meaning;   // with unit and range
+  std::string_view fallback;  // its default, as text
 };
 
 struct StudyInfo {

@@ -87,6 +87,8 @@ Result<void> World::set_time(double seconds) {
   return {};
 }
 
-const ScenePose& World::pose() const { return impl_->pose; }
+const ScenePose& World::pose() const {
+  return impl_->pose;
+}
 
 }  // namespace sinew

@@ -55,8 +55,7 @@ Result<Bvh8Layout> build_layout(const BodyDesc& body, std::span<const vec3> at) 
     if (!is_finite(box)) box = {vec3(0.0f), vec3(0.0f)};
   }
   const Tree tree = build_binned(boxes, body.build);
-  return make_layout(tree, refit(tree, boxes), body.triangles,
-                     static_cast<uint32_t>(at.size()));
+  return make_layout(tree, refit(tree, boxes), body.triangles, static_cast<uint32_t>(at.size()));
 }
 
 }  // namespace
@@ -179,7 +178,9 @@ void World::remove_object(ObjectId object) {
 void World::set_visible(ObjectId object, bool visible) {
   impl_->object(object).desc.visible = visible;
 }
-void World::set_mask(ObjectId object, uint32_t mask) { impl_->object(object).desc.mask = mask; }
+void World::set_mask(ObjectId object, uint32_t mask) {
+  impl_->object(object).desc.mask = mask;
+}
 
 Result<void> World::set_pose(ObjectId id, const Pose& pose) {
   Object& object = impl_->object(id);
@@ -250,24 +251,29 @@ void World::any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
   });
 }
 
-Box World::box() const { return impl_->box; }
+Box World::box() const {
+  return impl_->box;
+}
 std::span<const vec3> World::positions(ObjectId object) const {
   return impl_->positions_of(impl_->object(object));
 }
-Affine World::placement(ObjectId object) const { return impl_->object(object).placement; }
+Affine World::placement(ObjectId object) const {
+  return impl_->object(object).placement;
+}
 bool World::mirrored(ObjectId object) const {
   return glm::determinant(linear_part(placement(object))) < 0.0f;
 }
-UpdateStats World::stats() const { return impl_->stats; }
+UpdateStats World::stats() const {
+  return impl_->stats;
+}
 
 std::string World::validate() const {
   for (size_t id = 0; id < impl_->objects.size(); ++id) {
     const Object& object = impl_->objects[id];
     if (!object.alive || !object.present || object.dirty) continue;
     const Body& body = impl_->bodies[object.body];
-    const std::string problem =
-        sinew::validate(body.layout, body.deforms ? object.bvh : body.bvh,
-                        impl_->positions_of(object), body.triangles);
+    const std::string problem = sinew::validate(body.layout, body.deforms ? object.bvh : body.bvh,
+                                                impl_->positions_of(object), body.triangles);
     if (!problem.empty()) return "object " + std::to_string(id) + ": " + problem;
   }
   return {};

@@ -24,20 +24,20 @@ using ObjectId = uint32_t;  // one appearance of a body; what Hit::object says
 
 struct BodyDesc {
   std::span<const uvec3> triangles;
-  Motion motion;             // views must outlive the world
-  Pose build_pose;           // the pose for which the tree is built; if it is not present, at rest
+  Motion motion;    // views must outlive the world
+  Pose build_pose;  // the pose for which the tree is built; if it is not present, at rest
   BuildConfig build;
 };
 
 struct ObjectDesc {
   uint32_t mask = 0xffffffffu;
   bool visible = true;
-  bool filtered = false;     // its hits go through the query's filter
-  bool single_sided = false; // see Facing
+  bool filtered = false;      // its hits go through the query's filter
+  bool single_sided = false;  // see Facing
 };
 
 struct UpdateStats {
-  double update_ms = 0.0;          // of the last commit
+  double update_ms = 0.0;  // of the last commit
   uint64_t triangles_updated = 0;
   uint32_t objects_present = 0;
 };
@@ -52,7 +52,7 @@ class World {
   // Objects of one rigid body share its tree and boxes; objects of a deforming body share the tree.
   Result<BodyId> add_body(const BodyDesc& body);
   Result<ObjectId> add_object(BodyId body, const ObjectDesc& desc = {});
-  void remove_object(ObjectId object);          // the id is not given again
+  void remove_object(ObjectId object);  // the id is not given again
   void set_visible(ObjectId object, bool visible);
   void set_mask(ObjectId object, uint32_t mask);
 
@@ -74,12 +74,12 @@ class World {
   void any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
                 const QueryOptions& options = {}) const;
 
-  Box box() const;                               // of all present objects, world space
+  Box box() const;                                         // of all present objects, world space
   std::span<const vec3> positions(ObjectId object) const;  // of its vertices, in object space
-  Affine placement(ObjectId object) const;       // object -> world
-  bool mirrored(ObjectId object) const;          // its placement turns triangles inside out
+  Affine placement(ObjectId object) const;                 // object -> world
+  bool mirrored(ObjectId object) const;  // its placement turns triangles inside out
   UpdateStats stats() const;
-  std::string validate() const;                  // empty text if every invariant holds
+  std::string validate() const;  // empty text if every invariant holds
 
  private:
   struct Impl;
@@ -88,12 +88,12 @@ class World {
 };
 
 struct PrepareOptions {
-  std::string clip;          // name or index; empty: the first clip if there is one; "rest": none
+  std::string clip;  // name or index; empty: the first clip if there is one; "rest": none
   BuildConfig build;
 };
 
-// Builds a world with one object a Scene::objects, in that order, and sets the clip's first time. The
-// trees are built for the middle of the clip. The scene must outlive the world.
+// Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.
+// The trees are built for the middle of the clip. The scene must outlive the world.
 Result<World> prepare(const Scene& scene, const PrepareOptions& options = {});
 
 // Index of the clip that `name` (a name, or an index) means, or kRestPose. A usage error that lists

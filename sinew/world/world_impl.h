@@ -13,7 +13,7 @@ struct Body {
   std::span<const uvec3> triangles;
   Motion motion;
   Bvh8Layout layout;
-  Bvh8 bvh;              // of rigid bodies, shared by all their objects
+  Bvh8 bvh;  // of rigid bodies, shared by all their objects
   bool deforms = false;
 };
 
@@ -21,16 +21,16 @@ struct Object {
   BodyId body = 0;
   ObjectDesc desc;
   bool alive = true;
-  bool dirty = false;    // its pose counts from the next commit
-  Pose pose;             // spans are valid only while dirty
+  bool dirty = false;  // its pose counts from the next commit
+  Pose pose;           // spans are valid only while dirty
 
   // As of the last commit:
   bool present = false;
   bool in_place = true;  // placement is the identity
   Affine placement = identity_affine();
   Affine to_object = identity_affine();
-  Box box;               // world space
-  Bvh8 bvh;              // of deforming bodies
+  Box box;   // world space
+  Bvh8 bvh;  // of deforming bodies
   std::vector<vec3> positions;
 };
 
@@ -41,7 +41,7 @@ struct World::Impl {
 
   // Rebuilt by every commit:
   std::vector<Instance> instances;
-  std::vector<Box> boxes;       // one an instance
+  std::vector<Box> boxes;  // one an instance
   std::vector<Node8> top;
   Box box;
   std::vector<ObjectId> moved;

@@ -164,9 +164,8 @@ TEST(Update, EveryInvariantHoldsAfterEveryPose) {
   triangle_boxes(shape.positions, shape.triangles, boxes);
   const Tree tree = build_binned(boxes);
   for (const uint32_t treelet : {1u, 16u, 64u, 1000000u}) {
-    const Bvh8Layout layout =
-        *make_layout(tree, refit(tree, boxes), shape.triangles,
-                     static_cast<uint32_t>(shape.positions.size()), treelet);
+    const Bvh8Layout layout = *make_layout(tree, refit(tree, boxes), shape.triangles,
+                                           static_cast<uint32_t>(shape.positions.size()), treelet);
     Bvh8 bvh;
     for (const float amount : {0.0f, 0.9f, -7.0f}) {
       const auto moved = test::twisted(shape.positions, amount);
@@ -192,8 +191,8 @@ TEST(Update, SameBitsForAnyThreadCount) {
     Bvh8 bvh;
     update_full(layout, test::twisted(shape.positions, 2.0f), bvh);
     update_full(layout, test::twisted(shape.positions, 0.5f), bvh);
-    EXPECT_EQ(0, std::memcmp(bvh.nodes.data(), reference.nodes.data(),
-                             bvh.nodes.size() * sizeof(Node8)));
+    EXPECT_EQ(
+        0, std::memcmp(bvh.nodes.data(), reference.nodes.data(), bvh.nodes.size() * sizeof(Node8)));
     EXPECT_EQ(0, std::memcmp(bvh.packets.data(), reference.packets.data(),
                              bvh.packets.size() * sizeof(TrianglePacket)));
   }

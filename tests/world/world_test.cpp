@@ -13,7 +13,9 @@ Pose placed(const Affine& placement) {
   pose.placement = placement;
   return pose;
 }
-Affine moved(vec3 by) { return trs(by, glm::identity<quat>(), vec3(1)); }
+Affine moved(vec3 by) {
+  return trs(by, glm::identity<quat>(), vec3(1));
+}
 
 BodyDesc rigid_body(const test::Shape& shape) {
   return {shape.triangles, RigidMotion{shape.positions}, Pose(), {}};
@@ -193,8 +195,8 @@ TEST(World, SingleSidedObjectsAreMetOnTheSideAskedFor) {
   };
   // Mirrored placements keep inside and outside.
   for (const float mirror : {1.0f, -1.0f}) {
-    ASSERT_TRUE(world.set_pose(
-        single, placed(trs(vec3(0), glm::identity<quat>(), vec3(mirror, 1, 1)))));
+    ASSERT_TRUE(
+        world.set_pose(single, placed(trs(vec3(0), glm::identity<quat>(), vec3(mirror, 1, 1)))));
     world.commit();
     for (const float side : {1.0f, -1.0f}) {
       const Ray outside{.origin = vec3(0.01f, 0.02f, 5 * side), .direction = vec3(0, 0, -side)};
@@ -218,8 +220,7 @@ TEST(World, ATriangleIsHitThroughATinyInstanceFarAway) {
   int missed = 0;
   Random random(8);
   for (int i = 0; i < 5000; ++i) {
-    missed += !world.any_hit(
-        {.origin = vec3(1e4f, -1e4f, 1e4f), .direction = random.direction()});
+    missed += !world.any_hit({.origin = vec3(1e4f, -1e4f, 1e4f), .direction = random.direction()});
   }
   EXPECT_EQ(missed, 0);
 }
