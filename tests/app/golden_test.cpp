@@ -1,0 +1,71 @@
+// Goldens through the program: small pictures of the study scenes, drawn by `sinew render` and held
+// against tests/golden by `sinew compare`. A new one is one line here and one picture there:
+//   build/sinew render INPUT -o tests/golden/NAME.png --size 160x120 OPTIONS
+// Change a golden only in a commit that shows the picture before and after.
+#include <gtest/gtest.h>
+
+#include "app/program.h"
+#include "test_data.h"
+
+namespace sinew {
+namespace {
+
+struct Golden {
+  const char* name;
+  const char* input;
+  std::vector<std::string> options;
+};
+
+// Other instruction sets may round differently; a wrong picture is far below this.
+constexpr const char* kLeastPsnr = "38";  // dB
+
+class GoldenPicture : public testing::TestWithParam<Golden> {};
+INSTANTIATE_TEST_SUITE_P(
+    All, GoldenPicture,
+    testing::Values(
+        Golden{"creature_walk", "study:creature", {"--time", "0.7", "--samples", "4"}},
+        Golden{"creature_ao", "study:creature", {"--time", "0", "--ao", "16", "--camera", "Side"}},
+        Golden{"twist", "study:twist", {"--time", "0.6", "--reflections", "2"}},
+        Golden{"soup", "study:soup", {"--time", "1.2"}},
+        Golden{"fracture", "study:fracture", {"--time", "1.0"}},
+        Golden{"bodies", "study:bodies,subdivisions=4", {"--time", "2.6", "--samples", "4"}},
+        Golden{"bodies_free", "study:bodies,subdivisions=4,motion=free", {"--time", "2.6"}},
+        Golden{"fox",
+               SINEW_TEST_DATA "/khronos-gltf/Fox/glTF-Binary/Fox.glb",
+               {"--clip", "Run", "--time", "0.3", "--samples", "4"}},
+        Golden{"robot",
+               SINEW_TEST_DATA "/skinned/robot-expressive/RobotExpressive.glb",
+               {"--clip", "Wave", "--time", "0.7"}},
+        Golden{"tokyo",
+               SINEW_TEST_DATA "/skinned/littlest-tokyo/LittlestTokyo.glb",
+               {"--time", "3", "--samples", "2"}},
+        Golden{"pigman",
+               SINEW_TEST_DATA "/skinned/pigman/pigman.glb",
+               {"--clip", "2", "--time", "0.4", "--hide", "Object_44", "--hide", "Object_32"}},
+        Golden{"cloth",
+               SINEW_TEST_DATA "/vertex-cache/cloth-drapes/base.obj+" SINEW_TEST_DATA
+                               "/vertex-cache/cloth-drapes/positions.pc2",
+               {"--time", "0.1"}}),
+    [](const auto& golden) { return std::string(golden.param.name); });
+
+TEST_P(GoldenPicture, IsDrawnAsBefore) {
+  const Golden& golden = GetParam();
+  const std::string input = golden.input;
+  const std::string first_file = input.substr(0, input.find(".obj+") + 4);
+  if (!input.starts_with("study:") &&
+      !std::filesystem::exists(input.find(".obj+") == input.npos ? input : first_file)) {
+    GTEST_SKIP() << "no test data at " << input;
+  }
+  const TemporaryFolder folder;
+  const std::string drawn = folder.path("drawn.png");
+  std::vector<std::string> words = {"render", input, "-o", drawn, "--size", "160x120"};
+  words.insert(words.end(), golden.options.begin(), golden.options.end());
+  const Outcome render = run_sinew(words);
+  ASSERT_EQ(render.exit_code, 0) << render.err;
+  const std::string expected = std::string(SINEW_GOLDEN "/") + golden.name + ".png";
+  const Outcome compare = run_sinew({"compare", expected, drawn, "--psnr", kLeastPsnr});
+  EXPECT_EQ(compare.exit_code, 0) << compare.out << compare.err;
+}
+
+}  // namespace
+}  // namespace sinew
