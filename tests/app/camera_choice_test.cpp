@@ -19,7 +19,7 @@ TEST(CameraChoice, LookAtIsReadInAnyOrder) {
 }
 
 TEST(CameraChoice, OrbitTakesTwoOrThreeNumbers) {
-  const auto& camera = std::get<OrbitCamera>(*parse_camera("orbit=-90,15,2"));
+  const OrbitCamera camera = std::get<OrbitCamera>(*parse_camera("orbit=-90,15,2"));
   EXPECT_EQ(camera.azimuth, -90.0f);
   EXPECT_EQ(camera.elevation, 15.0f);
   EXPECT_EQ(camera.zoom, 2.0f);
