@@ -217,10 +217,6 @@ class Traversal {
     };
     StackEntry nearest = take();
     if (bits == 0) return nearest.word;
-    if (kAny) {  // any order will do; sorting costs more than it saves
-      while (bits != 0) *top++ = take();
-      return nearest.word;
-    }
     StackEntry second = take();
     if (second.entry < nearest.entry) std::swap(nearest, second);
     if (bits == 0) {

@@ -37,6 +37,12 @@ struct CacheInput {
   std::string cache;
 };
 
+// The cache as named, or, if there is none, the file of that name beside its base.
+std::string find_cache(const CacheInput& split) {
+  const std::string beside = (fs::path(split.base).parent_path() / split.cache).string();
+  return !exists(split.cache) && exists(beside) ? beside : split.cache;
+}
+
 // "base.obj+positions.pc2"; names may hold a + themselves, so the split whose base exists is meant.
 std::optional<CacheInput> split_cache(const std::string& input) {
   std::optional<CacheInput> result;
@@ -56,7 +62,7 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
   const bool literal = exists(input);
   if (!literal) {
     if (const auto split = split_cache(input)) {
-      return load_vertex_cache(split->base, split->cache, options);
+      return load_vertex_cache(split->base, find_cache(*split), options);
     }
   }
   const std::string extension = extension_of(input);

@@ -19,7 +19,7 @@ struct LoadOptions {
 //   model.gltf, model.glb
 //   model.obj                    one static mesh
 //   walk_####.obj, walk_%04d.obj a sequence: one OBJ a frame (a vertex cache if topology agrees)
-//   base.obj+positions.pc2       a vertex cache over a base mesh
+//   base.obj+positions.pc2       a vertex cache over a base mesh; it may lie beside the mesh
 //   study:NAME[,key=value...]    see scene/study.h
 // Files that a file refers to must lie in its own folder or below it. The scene that comes back is
 // valid (validate() finds nothing); whatever was unsupported is named in Scene::warnings.

@@ -174,6 +174,13 @@ TEST(LoadData, RealCachesLoadByTheirCombinedName) {
   EXPECT_EQ(count(*scene).triangles, 115'200u);
 }
 
+TEST(LoadData, ACacheBesideItsBaseNeedsNoFolder) {
+  SINEW_DATA_OR_SKIP(base, "vertex-cache/cloth-drapes/base.obj");
+  const auto scene = load(base + "+positions.pc2");
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_EQ(scene->meshes[0].keys, 9u);
+}
+
 TEST(LoadData, GltfFilesLoad) {
   SINEW_DATA_OR_SKIP(data, "khronos-gltf/Fox");
   size_t loaded = 0;
