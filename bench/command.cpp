@@ -30,7 +30,6 @@ std::string table(const nlohmann::json& report) {
     };
     line("build ms", row["build_ms"]["sinew"], row["build_ms"]["embree"]);
     line("update ms", row["update_ms"]["sinew"], row["update_ms"]["embree"]);
-    if (!row.contains("mrays_per_s")) continue;
     for (const auto& [kind, rate] : row["mrays_per_s"].items()) {
       line(kind + " M/s", rate["sinew"], rate["embree"]);
     }

@@ -5,20 +5,13 @@
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/math/random.h"
+#include "sinew/render/sampling.h"
 #include "sinew/scene/sample.h"
 
 namespace sinew::bench {
 namespace {
 
 constexpr uint32_t kShadowRays = 2, kAmbientRays = 8;
-
-vec3 cosine_direction(vec3 normal, float u, float v) {
-  const float z = 1.0f - 2.0f * u, r = std::sqrt(std::fmax(0.0f, 1.0f - z * z));
-  const float phi = 6.28318531f * v;
-  // A uniform point on the sphere that touches the surface: its direction is cosine-distributed.
-  const vec3 d = normal + vec3(r * std::cos(phi), r * std::sin(phi), z);
-  return dot(d, d) > 1e-8f ? normalize(d) : normal;
-}
 
 }  // namespace
 
@@ -78,7 +71,7 @@ Workload make_workload(const FlatScene& scene, std::vector<Ray> primary,
       // Stratified in one dimension, jittered in both.
       const float u = (float(k) + unit_float(hash_combine(seed, 2 * k))) / float(kAmbientRays);
       const float v = unit_float(hash_combine(seed, 2 * k + 1));
-      out.ambient.push_back({.origin = at, .direction = cosine_direction(normal, u, v)});
+      out.ambient.push_back({.origin = at, .direction = cosine_direction(normal, {u, v})});
     }
   }
   out.primary = std::move(primary);

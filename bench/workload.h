@@ -3,10 +3,9 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
+#include <span>
 #include <vector>
 
-#include "sinew/base/error.h"
 #include "sinew/math/ray.h"
 #include "sinew/render/camera.h"
 #include "sinew/scene/scene.h"
@@ -24,7 +23,6 @@ void flatten(const Scene& scene, const ScenePose& pose, FlatScene& out);
 
 struct Workload {
   std::vector<Ray> primary, shadow, ambient;
-  uint64_t rays() const { return primary.size() + shadow.size() + ambient.size(); }
 };
 
 // `hits` belong to `primary` rays; secondary rays start at them.

@@ -2,25 +2,17 @@
 
 #include <cmath>
 
-#include "sinew/bvh/bounds.h"
 #include "sinew/bvh/update.h"
 
 namespace sinew {
 namespace {
 
-Result<void> check_mesh(std::span<const vec3> positions, std::span<const uvec3> triangles) {
+Result<void> check_finite(std::span<const vec3> positions) {
   for (size_t i = 0; i < positions.size(); ++i) {
     const vec3 p = positions[i];
     if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
       return fail({ErrorKind::bad_input, "", "vertex " + std::to_string(i),
                    "its position is not finite", "remove or repair it"});
-    }
-  }
-  for (size_t i = 0; i < triangles.size(); ++i) {
-    const uvec3 t = triangles[i];
-    if (t.x >= positions.size() || t.y >= positions.size() || t.z >= positions.size()) {
-      return fail({ErrorKind::bad_input, "", "triangle " + std::to_string(i),
-                   "it refers to a vertex that does not exist", "check the index list"});
     }
   }
   return {};
@@ -30,13 +22,9 @@ Result<void> check_mesh(std::span<const vec3> positions, std::span<const uvec3> 
 
 Result<Bvh> build(std::span<const vec3> positions, std::span<const uvec3> triangles,
                   const BuildConfig& config) {
-  SINEW_CHECKED(check_mesh(positions, triangles));
-  std::vector<Box> boxes(triangles.size());
-  triangle_boxes(positions, triangles, boxes);
-  const Tree tree = build_binned(boxes, config);
+  SINEW_CHECKED(check_finite(positions));
   Bvh bvh;
-  SINEW_TRY(bvh.layout_, make_layout(tree, refit(tree, boxes), triangles,
-                                     static_cast<uint32_t>(positions.size())));
+  SINEW_TRY(bvh.layout_, build_layout(positions, triangles, config));
   update_full(bvh.layout_, positions, bvh.bvh_);
   return bvh;
 }

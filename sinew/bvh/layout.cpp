@@ -173,4 +173,22 @@ Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
   return LayoutMaker(tree, bounds, triangles, treelet_triangles).run(vertex_count);
 }
 
+Result<Bvh8Layout> build_layout(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                                const BuildConfig& config) {
+  for (size_t i = 0; i < triangles.size(); ++i) {
+    const uvec3 t = triangles[i];
+    if (t.x >= positions.size() || t.y >= positions.size() || t.z >= positions.size()) {
+      return fail({ErrorKind::bad_input, "", "triangle " + std::to_string(i),
+                   "it refers to a vertex that does not exist", "check the index list"});
+    }
+  }
+  std::vector<Box> boxes(triangles.size());
+  triangle_boxes(positions, triangles, boxes);
+  for (Box& box : boxes) {
+    if (!is_finite(box)) box = {vec3(0.0f), vec3(0.0f)};
+  }
+  const Tree tree = build_binned(boxes, config);
+  return make_layout(tree, refit(tree, boxes), triangles, static_cast<uint32_t>(positions.size()));
+}
+
 }  // namespace sinew

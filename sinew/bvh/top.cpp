@@ -7,10 +7,7 @@ namespace sinew {
 namespace {
 
 void set_child(Node8& node, uint32_t lane, const Box& box, uint32_t word) {
-  for (int axis = 0; axis < 3; ++axis) {
-    node.low[axis][lane] = box.min[axis];
-    node.high[axis][lane] = box.max[axis];
-  }
+  set_lane_box(node, lane, box);
   node.child[lane] = word;
 }
 

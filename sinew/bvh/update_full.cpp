@@ -32,10 +32,7 @@ void allocate(const Bvh8Layout& layout, Bvh8& out) {
 
 Box node_box(const Node8& node) {
   Box box;
-  for (uint32_t lane = 0; lane < kWidth; ++lane) {
-    box.extend(Box{vec3(node.low[0][lane], node.low[1][lane], node.low[2][lane]),
-                   vec3(node.high[0][lane], node.high[1][lane], node.high[2][lane])});
-  }
+  for (uint32_t lane = 0; lane < kWidth; ++lane) box.extend(lane_box(node, lane));
   return box;
 }
 
@@ -46,11 +43,7 @@ void refit_upper(const Bvh8Layout& layout, Bvh8& out) {
     for (uint32_t lane = 0; lane < kWidth; ++lane) {
       const uint32_t word = layout.children[n][lane];
       if (word == kNoChild || is_treelet_word(word)) continue;
-      const Box box = node_box(out.nodes[word]);
-      for (int axis = 0; axis < 3; ++axis) {
-        node.low[axis][lane] = box.min[axis];
-        node.high[axis][lane] = box.max[axis];
-      }
+      set_lane_box(node, lane, node_box(out.nodes[word]));
     }
   }
 }

@@ -6,11 +6,6 @@
 namespace sinew {
 namespace {
 
-Box lane_box(const Node8& node, uint32_t lane) {
-  return {vec3(node.low[0][lane], node.low[1][lane], node.low[2][lane]),
-          vec3(node.high[0][lane], node.high[1][lane], node.high[2][lane])};
-}
-
 class Validator {
  public:
   Validator(const Bvh8Layout& layout, const Bvh8& bvh, std::span<const vec3> positions,

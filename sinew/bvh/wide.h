@@ -32,6 +32,7 @@
 
 #include "sinew/base/error.h"
 #include "sinew/bvh/bounds.h"
+#include "sinew/bvh/build.h"
 #include "sinew/bvh/tree.h"
 #include "sinew/math/vec.h"
 
@@ -57,6 +58,18 @@ struct alignas(64) Node8 {
 static_assert(sizeof(Node8) == 256);
 
 Node8 empty_node();
+
+// The box of child number `lane`.
+inline Box lane_box(const Node8& node, uint32_t lane) {
+  return {vec3(node.low[0][lane], node.low[1][lane], node.low[2][lane]),
+          vec3(node.high[0][lane], node.high[1][lane], node.high[2][lane])};
+}
+inline void set_lane_box(Node8& node, uint32_t lane, const Box& box) {
+  for (int axis = 0; axis < 3; ++axis) {
+    node.low[axis][lane] = box.min[axis];
+    node.high[axis][lane] = box.max[axis];
+  }
+}
 
 // Triangles as vertices, not edges, so neighbours share exact corners (watertight). Unused lanes
 // repeat lane 0's triangle with primitive kNoPrimitive.
@@ -134,6 +147,12 @@ struct Bvh8 {
 Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
                                std::span<const uvec3> triangles, uint32_t vertex_count,
                                uint32_t treelet_triangles = 64);
+
+// From triangles to a layout in one step: binned SAH over `positions`, then make_layout. Triangles
+// that are not finite there get a place all the same, for they may be finite later. An error if a
+// triangle refers to a vertex that does not exist.
+Result<Bvh8Layout> build_layout(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                                const BuildConfig& config);
 
 // Structure, child words, containment of every box, and equality of packed vertices with
 // `positions`. Empty text if all hold, else what is wrong and where.

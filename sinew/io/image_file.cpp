@@ -13,6 +13,7 @@
 #include <new>
 
 #include "sinew/base/check.h"
+#include "sinew/io/image_buffer.h"
 #include "sinew/io/image_jpeg.h"
 #include "sinew/io/output_file.h"
 
@@ -134,12 +135,7 @@ Result<Image8> decode_png(std::span<const uint8_t> bytes, const std::string& nam
   PngReader reader(bytes);
   if (!read_header(reader)) return reader.error(name);
   SINEW_TRY(const ImageSize size, checked_size(reader, bytes.size(), name));
-  Image8 image{size.width, size.height, {}};
-  try {
-    image.pixels.resize(size_t{4} * size.width * size.height);
-  } catch (const std::bad_alloc&) {
-    return fail({ErrorKind::bad_input, name, "", "is too large for this machine's memory", ""});
-  }
+  SINEW_TRY(Image8 image, make_image(size, name));
   if (!read_pixels(reader, image.pixels.data(), size_t{4} * size.width)) return reader.error(name);
   return image;
 }

@@ -6,10 +6,11 @@
 
 #include <csetjmp>
 #include <cstdio>
-#include <new>
 
 #include <jerror.h>
 #include <jpeglib.h>  // needs <cstdio> before it
+
+#include "sinew/io/image_buffer.h"
 
 namespace sinew {
 namespace {
@@ -113,12 +114,7 @@ Result<Image8> decode_jpeg(std::span<const uint8_t> bytes, const std::string& na
   JpegReader reader;
   if (!read_header(reader, bytes.data(), bytes.size())) return reader.error(name);
   SINEW_TRY(const ImageSize size, checked_size(reader, bytes.size(), name));
-  Image8 image{size.width, size.height, {}};
-  try {
-    image.pixels.resize(size_t{4} * size.width * size.height);
-  } catch (const std::bad_alloc&) {
-    return fail({ErrorKind::bad_input, name, "", "is too large for this machine's memory", ""});
-  }
+  SINEW_TRY(Image8 image, make_image(size, name));
   if (!read_pixels(reader, image.pixels.data())) return reader.error(name);
   return image;
 }

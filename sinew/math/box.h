@@ -1,6 +1,7 @@
 // Axis-aligned boxes.
 #pragma once
 
+#include <cmath>
 #include <limits>
 
 #include "sinew/math/affine.h"
@@ -29,6 +30,12 @@ struct Box {
   vec3 extent() const { return max - min; }
 };
 static_assert(sizeof(Box) == 24);
+
+// No coordinate is NaN or infinite.
+inline bool is_finite(const Box& b) {
+  const vec3 sum = b.min + b.max;  // a NaN or infinity stays in it
+  return std::isfinite(sum.x) && std::isfinite(sum.y) && std::isfinite(sum.z);
+}
 
 // Half the surface area; 0 for an empty box.
 inline float half_area(const Box& b) {

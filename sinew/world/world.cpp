@@ -1,12 +1,10 @@
 #include "sinew/world/world.h"
 
 #include <chrono>
-#include <cmath>
 #include <vector>
 
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/bounds.h"
 #include "sinew/bvh/top.h"
 #include "sinew/bvh/update.h"
 #include "sinew/world/world_impl.h"
@@ -16,11 +14,6 @@ namespace {
 
 constexpr size_t kVerticesPerTask = 4096;
 constexpr size_t kRaysPerTask = 1024;
-
-bool is_finite(const Box& box) {
-  const vec3 sum = box.min + box.max;  // a NaN or infinity stays in it
-  return std::isfinite(sum.x) && std::isfinite(sum.y) && std::isfinite(sum.z);
-}
 
 // Where the vertices rest, for bodies that are absent when their tree is built.
 std::span<const vec3> rest_of(const Motion& motion) {
@@ -38,24 +31,6 @@ void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& ou
   parallel_for(out.size(), kVerticesPerTask, [&](size_t begin, size_t end) {
     positions(motion, pose, static_cast<uint32_t>(begin), {out.data() + begin, end - begin});
   });
-}
-
-Result<Bvh8Layout> build_layout(const BodyDesc& body, std::span<const vec3> at) {
-  for (size_t i = 0; i < body.triangles.size(); ++i) {
-    const uvec3 t = body.triangles[i];
-    if (t.x >= at.size() || t.y >= at.size() || t.z >= at.size()) {
-      return fail({ErrorKind::bad_input, "", "triangle " + std::to_string(i),
-                   "it refers to a vertex that does not exist", "check the index list"});
-    }
-  }
-  std::vector<Box> boxes(body.triangles.size());
-  triangle_boxes(at, body.triangles, boxes);
-  // Triangles that are not finite in the build pose may be so later: they get a place in the tree.
-  for (Box& box : boxes) {
-    if (!is_finite(box)) box = {vec3(0.0f), vec3(0.0f)};
-  }
-  const Tree tree = build_binned(boxes, body.build);
-  return make_layout(tree, refit(tree, boxes), body.triangles, static_cast<uint32_t>(at.size()));
 }
 
 }  // namespace
@@ -146,7 +121,7 @@ Result<BodyId> World::add_body(const BodyDesc& desc) {
   } else {
     all_positions(desc.motion, desc.build_pose, at);
   }
-  SINEW_TRY(body.layout, build_layout(desc, at));
+  SINEW_TRY(body.layout, build_layout(at, desc.triangles, desc.build));
   if (!body.deforms) update_full(body.layout, at, body.bvh);
   impl_->bodies.push_back(std::move(body));
   return static_cast<BodyId>(impl_->bodies.size() - 1);
