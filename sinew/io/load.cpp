@@ -8,8 +8,8 @@
 #include <string_view>
 #include <utility>
 
-#include "sinew/io/gltf.h"
-#include "sinew/io/obj.h"
+#include "sinew/io/gltf/gltf.h"
+#include "sinew/io/obj/obj.h"
 #include "sinew/io/vertex_cache.h"
 #include "sinew/scene/study.h"
 

@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "sinew/base/check.h"
-#include "sinew/io/obj.h"
+#include "sinew/io/obj/obj.h"
 #include "sinew/io/output_file.h"
 
 namespace sinew {

@@ -1,4 +1,5 @@
-// Surfaces: glTF 2.0's metallic-roughness material and the textures it refers to.
+// Surfaces: glTF 2.0's metallic-roughness material with its extensions KHR_materials_specular,
+// _ior, _transmission and _volume, and the textures it refers to.
 #pragma once
 
 #include <cstdint>
@@ -41,6 +42,21 @@ struct Material {
   float alpha_cutoff = 0.5f;
   bool double_sided = true;
   bool unlit = false;
+
+  // Reflectance at normal incidence of what is not metal:
+  // min(((ior - 1) / (ior + 1))^2 * specular_color, 1) * specular.
+  float ior = 1.5f;  // index of refraction, >= 1
+  float specular = 1.0f;
+  vec3 specular_color{1.0f};  // linear; may be above 1
+
+  // Share of the light that is neither reflected nor absorbed by metal which passes through, tinted
+  // by the base colour; the rest is diffuse.
+  float transmission = 0.0f;
+  TextureRef transmission_texture;  // linear: transmission in R
+  bool thin = true;              // a sheet, which light passes unbent; else the surface of a solid
+                                 // that bends light by `ior`
+  vec3 attenuation_color{1.0f};  // what of white light is left after attenuation_distance inside
+  float attenuation_distance = 0.0f;  // metres; 0: the inside is clear
 };
 
 }  // namespace sinew

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,8 @@ struct Light {
   vec3 color{1.0f};         // linear
   float intensity = 1.0f;   // directional: lux; point and spot: candela
   float range = 0.0f;       // metres; 0: no limit
+  bool falloff = true;      // point and spot: weaker with the square of the distance; if false,
+                            // `intensity` arrives at every distance (NFF, AFF)
   float inner_cone = 0.0f;  // radians, half angles, spot only
   float outer_cone = 0.785398163f;
 };
@@ -70,6 +73,8 @@ struct Environment {
   vec3 zenith{0.30f, 0.36f, 0.44f};  // linear radiance straight up
   vec3 horizon{0.44f, 0.46f, 0.48f};
   vec3 nadir{0.18f, 0.17f, 0.16f};
+  std::optional<vec3> ambient;  // if set, radiance that lights diffuse surfaces from everywhere,
+                                // instead of what rays see
 };
 
 struct Scene {

@@ -51,6 +51,16 @@ void check_material(const Scene& scene, const Material& material, FirstProblem& 
   problem.expect_finite("occlusion strength", material.occlusion_strength);
   problem.expect_finite("emissive", material.emissive);
   problem.expect_finite("alpha cutoff", material.alpha_cutoff);
+  check_texture(scene, material.transmission_texture, problem);
+  problem.expect_finite("specular", material.specular);
+  problem.expect_finite("specular colour", material.specular_color);
+  problem.expect(material.ior >= 1.0f && material.ior < 1e3f, "index of refraction {}",
+                 material.ior);
+  problem.expect(material.transmission >= 0.0f && material.transmission <= 1.0f, "transmission {}",
+                 material.transmission);
+  problem.expect_finite("attenuation colour", material.attenuation_color);
+  problem.expect(material.attenuation_distance >= 0.0f && material.attenuation_distance < 1e30f,
+                 "attenuation distance {}", material.attenuation_distance);
 }
 
 void check_node(const Scene& scene, const Node& node, FirstProblem& problem) {

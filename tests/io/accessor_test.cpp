@@ -1,4 +1,4 @@
-#include "sinew/io/accessor.h"
+#include "sinew/io/gltf/accessor.h"
 
 #include <limits>
 #include <memory>

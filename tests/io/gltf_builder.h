@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "hostile.h"
-#include "sinew/io/gltf.h"
+#include "sinew/io/gltf/gltf.h"
 
 namespace sinew {
 

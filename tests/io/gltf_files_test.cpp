@@ -1,5 +1,5 @@
 // Real glTF files, against the counts that their README states.
-#include "sinew/io/gltf.h"
+#include "sinew/io/gltf/gltf.h"
 #include "test_data.h"
 
 namespace sinew {

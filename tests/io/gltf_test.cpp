@@ -1,5 +1,5 @@
 // The glTF loader as a whole: containers, extensions, warnings, limits.
-#include "sinew/io/gltf.h"
+#include "sinew/io/gltf/gltf.h"
 
 #include "gltf_builder.h"
 

@@ -1,0 +1,105 @@
+// The glTF loader, stage by stage. The JSON is read by nlohmann::json behind checked accessors of
+// our own rather than by tinygltf, which reads files and image URIs itself (CVE-2022-3008), leaves
+// bounds, sparse data and node cycles to its caller, and asserts on odd documents.
+#include "sinew/io/gltf/gltf.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <string_view>
+
+#include "sinew/io/gltf/animation.h"
+#include "sinew/io/gltf/material.h"
+#include "sinew/io/gltf/mesh.h"
+#include "sinew/io/gltf/node.h"
+#include "sinew/io/gltf/view.h"
+
+namespace sinew {
+namespace gltf {
+namespace {
+
+constexpr std::array<std::string_view, 9> kSupported = {
+    "EXT_mesh_gpu_instancing",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_node_visibility",
+    "KHR_texture_transform",
+    "KHR_xmp_json_ld",  // describes the asset, changes nothing that is seen
+};
+
+constexpr std::array<std::string_view, 3> kCompression = {
+    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
+
+template <size_t N>
+bool contains(const std::array<std::string_view, N>& names, std::string_view name) {
+  return std::find(names.begin(), names.end(), name) != names.end();
+}
+
+Result<void> check_extensions(const Json& root, Warnings& warnings) {
+  SINEW_TRY(const std::vector<std::string> required, root.texts("extensionsRequired"));
+  for (const std::string& name : required) {
+    if (contains(kSupported, name)) continue;
+    const bool compression = contains(kCompression, name);
+    return root.error(fmt::format("needs the extension {}, which is not supported{}", name,
+                                  compression ? " yet" : ""),
+                      compression ? "export the file without compression"
+                                  : "export the file without this extension");
+  }
+  SINEW_TRY(const std::vector<std::string> used, root.texts("extensionsUsed"));
+  for (const std::string& name : used) {
+    if (!contains(kSupported, name)) {
+      warnings.add("", fmt::format("the extension {} is not supported; ignored", name));
+    }
+  }
+  return {};
+}
+
+Result<std::string> scene_name(const Json& root) {
+  SINEW_TRY(const std::vector<Json> scenes, root.objects("scenes", "scene"));
+  if (scenes.empty()) return std::string();
+  SINEW_TRY(const auto index, root.index("scene", scenes.size()));
+  return scenes[index.value_or(0)].text("name");
+}
+
+Result<Scene> load(const std::string& path, const LoadOptions& options) {
+  MemoryBudget budget(options.memory_limit);
+  Warnings warnings;
+  SINEW_TRY(const Asset asset, open_asset(path, budget));
+  const Json root = asset.root();
+  SINEW_CHECKED(check_extensions(root, warnings));
+  SINEW_TRY(const AccessorReader accessors, AccessorReader::create(asset, warnings));
+  const Reader reader{asset, accessors, budget, warnings};
+
+  Scene scene;
+  SINEW_TRY(scene.name, scene_name(root));
+  SINEW_TRY(const NodeGraph graph, read_graph(root));
+  SINEW_CHECKED(read_cameras(root, scene));
+  SINEW_CHECKED(read_lights(root, scene));
+  SINEW_CHECKED(read_materials(reader, scene));
+  SINEW_TRY(const std::vector<int32_t> meshes, read_meshes(reader, graph, scene));
+  SINEW_TRY(const std::vector<NodePlace> places, read_nodes(reader, graph, meshes, scene));
+  SINEW_CHECKED(read_skins(reader, graph, places, scene));
+  SINEW_CHECKED(read_animations(reader, places, scene));
+  list_objects(scene);
+
+  scene.warnings = warnings.texts();
+  if (options.strict && !scene.warnings.empty()) {
+    return root.error(fmt::format("{}", fmt::join(scene.warnings, "; ")),
+                      "load without --strict to ignore this");
+  }
+  return scene;
+}
+
+}  // namespace
+}  // namespace gltf
+
+Result<Scene> load_gltf(const std::string& path, const LoadOptions& options) {
+  return gltf::load(path, options);
+}
+
+}  // namespace sinew
