@@ -196,7 +196,7 @@ TEST(Bart, Museum) {
     EXPECT_TRUE((in_drum || in_passage) && eye.y > 0.0f && eye.y < 5.0f)
         << eye.x << " " << eye.y << " " << eye.z;
   }
-  expect_smooth(camera_path(scene), 0.26f, 7.0f, 0.5f);
+  expect_smooth(camera_path(scene), 0.26f, 7.0f, 0.8f);
 }
 
 TEST(Bart, MuseumOfComplexity8) {
