@@ -17,6 +17,7 @@
 #include "app/report.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/output_file.h"
+#include "sinew/render/refinement.h"
 #include "sinew/world/world.h"
 
 namespace sinew::app {
@@ -70,6 +71,14 @@ void lay_under(Image8& image, const Rgb& color) {
   }
 }
 
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+constexpr double kLeastBudget = 0.1;  // ms
+
 // The scene on its way through the frames.
 struct Stage {
   const RenderJob& job;
@@ -77,6 +86,8 @@ struct Stage {
   World& world;
   const FrameCamera& camera;
   RenderScratchPtr scratch = make_render_scratch();
+  Refinement refinement{};
+  double finish_ms = 0.0;  // what the last picture took from radiance to 8 bits
   Image radiance{};
   Image8 picture{};
   uint32_t absent = 0;  // most objects left out of a frame
@@ -84,7 +95,6 @@ struct Stage {
 
 // Moves the world to the shot's time and draws it to stage.picture.
 Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
-  using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   SINEW_CHECKED(stage.world.set_time(shot.time));
   const ScenePose& pose = stage.world.pose();
@@ -94,11 +104,22 @@ Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
   record.update_ms = stage.world.stats().update_ms;
   RenderSettings settings = stage.job.settings;
   settings.transparent |= stage.job.background.has_value();
-  record.stats = render_frame(stage.world, stage.scene, pose, stage.camera.view(stage.scene, pose),
-                              settings, *stage.scratch, stage.radiance);
+  const CameraView camera = stage.camera.view(stage.scene, pose);
+  if (settings.time_budget_ms > 0.0) {
+    // What is left for rays; never nothing, so that there is a picture.
+    settings.time_budget_ms =
+        std::max(settings.time_budget_ms - ms_since(start) - stage.finish_ms, kLeastBudget);
+  }
+  record.stats = stage.job.progressive
+                     ? stage.refinement.draw(stage.world, stage.scene, pose, camera, settings,
+                                             *stage.scratch, stage.radiance)
+                     : render_frame(stage.world, stage.scene, pose, camera, settings,
+                                    *stage.scratch, stage.radiance);
+  const Clock::time_point drawn = Clock::now();
   tonemap(stage.radiance, settings.exposure, stage.picture);
   if (stage.job.background) lay_under(stage.picture, *stage.job.background);
-  record.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  stage.finish_ms = ms_since(drawn);
+  record.total_ms = ms_since(start);
   return record;
 }
 

@@ -92,6 +92,10 @@ void add_picture_options(CLI::App& app, Flags& flags) {
   app.add_option("--reflections", settings.reflections, "Mirror bounces, 0 to 16 (default: 1)")
       ->check(number_in(0, 16))
       ->group(kGroup);
+  app.add_option("--refractions", settings.refractions,
+                 "Transmissive surfaces that a ray goes through, 0 to 32 (default: 8)")
+      ->check(number_in(0, 32))
+      ->group(kGroup);
   app.add_option("--ao", settings.ambient_rays,
                  "Ambient occlusion rays a hit (default: 0, no occlusion)")
       ->check(number_in(0, 4096))
@@ -117,6 +121,24 @@ void add_picture_options(CLI::App& app, Flags& flags) {
       ->excludes(transparent)
       ->group(kGroup);
   app.add_option("--seed", settings.seed, "Of the sampling pattern (default: 0)")->group(kGroup);
+}
+
+// Larsson and Akenine-Moller's ways to interactive rates.
+void add_speed_options(CLI::App& app, Flags& flags) {
+  constexpr const char* kGroup = "Interactive rates";
+  RenderSettings& settings = flags.job.settings;
+  app.add_option("--subsample", settings.subsampling,
+                 "Draw one pixel of every N x N and interpolate, 1 to 64 (default: 1)")
+      ->check(number_in(1, 64))
+      ->group(kGroup);
+  app.add_option("--time-budget", settings.time_budget_ms,
+                 "Milliseconds a frame may take; rays it has no time for are left out, secondary "
+                 "ones first (default: 0, no limit)")
+      ->check(number_in(0.0, 1e6))
+      ->group(kGroup);
+  app.add_flag("--progressive", flags.job.progressive,
+               "Where nothing moves from one frame to the next, refine the picture")
+      ->group(kGroup);
 }
 
 void add_engine_options(CLI::App& app, Flags& flags) {
@@ -181,10 +203,17 @@ Result<void> read_output(const Flags& flags, RenderJob& job) {
   return {};
 }
 
-// Linear radiance, the finished picture, and its compressed form at worst.
-Result<void> check_memory(const ImageSize& size, uint64_t limit) {
-  constexpr uint64_t kBytesPerPixel = 16 + 4 + 4;
-  const uint64_t bytes = kBytesPerPixel * size.width * size.height;
+// Linear radiance, the finished picture, and its compressed form at worst; what refinement adds up;
+// with a time budget all rays of a picture at once.
+Result<void> check_memory(const RenderJob& job) {
+  const RenderSettings& size = job.settings;
+  const uint64_t limit = job.load.memory_limit, pixels = uint64_t{size.width} * size.height;
+  uint64_t bytes = (16 + 4 + 4) * pixels;
+  if (job.progressive) bytes += 2 * 16 * pixels;
+  if (size.time_budget_ms > 0.0) {
+    constexpr uint64_t kBytesPerRay = 600;
+    bytes += kBytesPerRay * pixels / (uint64_t{size.subsampling} * size.subsampling);
+  }
   if (bytes <= limit) return {};
   return usage(fmt::format("pictures of {} x {} pixels need {} MB, and --memory-limit allows {} MB",
                            size.width, size.height, (bytes >> 20) + 1, limit >> 20),
@@ -207,7 +236,11 @@ Result<RenderJob> read(const Flags& flags) {
   if (!flags.memory.empty()) {
     SINEW_TRY(job.load.memory_limit, parse_bytes(flags.memory));
   }
-  SINEW_CHECKED(check_memory(size, job.load.memory_limit));
+  if (job.settings.time_budget_ms > 0.0 && job.settings.samples > 1 && !job.progressive) {
+    return usage("a frame with --time-budget draws one sample a pixel, --samples asks for more",
+                 "leave --samples out, or add --progressive, which uses them where nothing moves");
+  }
+  SINEW_CHECKED(check_memory(job));
   SINEW_CHECKED(read_output(flags, job));
   if (flags.progress == "json") job.progress = ProgressMode::json;
   if (flags.progress == "none") job.progress = ProgressMode::none;
@@ -223,6 +256,7 @@ Run define_render(CLI::App& app) {
   add_output_options(app, flags);
   add_frame_options(app, flags);
   add_picture_options(app, flags);
+  add_speed_options(app, flags);
   add_engine_options(app, flags);
   return []() -> Result<int> {
     SINEW_TRY(const RenderJob job, read(flags));
