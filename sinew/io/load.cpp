@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "sinew/io/aff/aff.h"
 #include "sinew/io/gltf/gltf.h"
 #include "sinew/io/obj/obj.h"
 #include "sinew/io/vertex_cache.h"
@@ -19,6 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kStudyPrefix = "study:";
+constexpr std::string_view kAffPrefix = "aff:";
 
 // ".obj" of "Walk.OBJ"
 std::string extension_of(const std::string& path) {
@@ -60,6 +62,10 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
     return make_study_scene(std::string_view(input).substr(kStudyPrefix.size()));
   }
   const bool literal = exists(input);
+  if (!literal && input.starts_with(kAffPrefix)) {
+    SINEW_TRY(const AffInput aff, parse_aff_input(input.substr(kAffPrefix.size())));
+    return load_aff(aff.path, aff.options, options);
+  }
   if (!literal) {
     if (const auto split = split_cache(input)) {
       return load_vertex_cache(split->base, find_cache(*split), options);
@@ -70,6 +76,7 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
   if (extension == ".obj" && !literal && is_sequence(input)) {
     return load_obj_sequence(input, options);
   }
+  if (extension == ".aff") return load_aff(input, {}, options);
   if (extension == ".obj") return load_obj(input, options);
   if (extension == ".pc2") {
     return fail({ErrorKind::bad_input, input, "", "a vertex cache needs its base mesh",
@@ -78,7 +85,7 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
   return fail({ErrorKind::bad_input, input, "",
                extension.empty() ? "has no extension that says what it is"
                                  : "files \"" + extension + "\" are not supported",
-               "give .gltf, .glb, .obj, frames_####.obj, base.obj+cache.pc2 or study:NAME"});
+               "give .gltf, .glb, .obj, .aff, frames_####.obj, base.obj+cache.pc2 or study:NAME"});
 }
 
 std::string name_of(const std::string& input) {
