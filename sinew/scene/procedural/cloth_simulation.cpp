@@ -98,9 +98,9 @@ class Cloth {
   void advance(uint32_t step) {
     move_freely();
     if (step % config_.search_every == 0) meetings_.search(points_);
-    tighten(points_, 0);
-    pull_links();
     meetings_.push(points_, before_);
+    tighten(points_, 0);
+    for (uint32_t sweep = 0; sweep < config_.sweeps; ++sweep) pull_links();
     collide();
   }
 
