@@ -135,6 +135,7 @@ void AttributeTable::refresh_object(uint32_t index) {
   out = {};
   out.mesh = &mesh;
   out.placement = world_->placement(index);
+  out.mirrored = world_->mirrored(index);
   out.normal_map = cofactor(out.placement);
   out.positions = world_->positions(index);
   object.frame = frame_;

@@ -20,6 +20,7 @@ namespace sinew {
 struct ObjectAttributes {
   const Mesh* mesh = nullptr;
   Affine placement = identity_affine();
+  bool mirrored = false;            // the placement turns triangles inside out
   mat3 normal_map{1.0f};            // object -> world for normals, up to length
   std::span<const vec3> positions;  // one a vertex
   std::span<const vec3> normals;    // unit or zero; empty: shade with the triangles' normals
