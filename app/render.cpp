@@ -41,10 +41,11 @@ Result<std::vector<Shot>> choose_shots(const RenderJob& job, const Timeline& tim
     frames.push_back(frame);
   }
   for (const int frame : frames) shots.push_back({frame, frame_time(timeline, frame)});
-  if (shots.size() > 1 && job.output.format == OutputFormat::png && !job.output.has_counter()) {
+  if (shots.size() > 1 && !is_movie(job.output.format) && !job.output.has_counter()) {
     return usage(fmt::format("{} frames cannot all go to '{}'", shots.size(), job.output.path),
-                 "name the output out_####.png or out.webp, or choose one picture with "
-                 "--frames 1 or --time 0");
+                 fmt::format("name the output out_####.{} or out.webp, or choose one picture with "
+                             "--frames 1 or --time 0",
+                             extension(job.output.format)));
   }
   return shots;
 }
@@ -77,12 +78,36 @@ struct Stage {
   World& world;
   const FrameCamera& camera;
   RenderScratchPtr scratch = make_render_scratch();
+  LayerScratch layer_scratch{};
+  CameraView view{};
   Image radiance{};
+  FrameLayers layers{};
   Image8 picture{};
   uint32_t absent = 0;  // most objects left out of a frame
 };
 
-// Moves the world to the shot's time and draws it to stage.picture.
+// Traces what the output is made of, to stage.radiance and stage.layers, and makes stage.picture.
+void draw_picture(Stage& stage, FrameRecord& record) {
+  const RenderJob& job = stage.job;
+  const bool exr = job.output.format == OutputFormat::exr;
+  const LayerChoice choice = exr ? job.layers : layers_for(job.view);
+  RenderSettings settings = job.settings;
+  settings.transparent |= job.background.has_value();
+  const ScenePose& pose = stage.world.pose();
+  const bool shows = !exr || !job.contact_sheet.empty();
+  if (choice.color || (exr && shows)) {
+    record.stats = render_frame(stage.world, stage.scene, pose, stage.view, settings,
+                                *stage.scratch, stage.radiance);
+  }
+  trace_layers(stage.world, stage.scene, pose, stage.view, settings.width, settings.height, choice,
+               stage.layer_scratch, stage.layers);
+  if (!shows) return;
+  if (job.view.wants_light()) tonemap(stage.radiance, settings.exposure, stage.picture);
+  if (job.background) lay_under(stage.picture, *job.background);
+  record.view = draw_view(job.view, stage.world, stage.view, stage.layers, stage.picture);
+}
+
+// Moves the world to the shot's time and draws it.
 Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
   using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
@@ -92,14 +117,17 @@ Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
   FrameRecord record;
   record.shot = shot;
   record.update_ms = stage.world.stats().update_ms;
-  RenderSettings settings = stage.job.settings;
-  settings.transparent |= stage.job.background.has_value();
-  record.stats = render_frame(stage.world, stage.scene, pose, stage.camera.view(stage.scene, pose),
-                              settings, *stage.scratch, stage.radiance);
-  tonemap(stage.radiance, settings.exposure, stage.picture);
-  if (stage.job.background) lay_under(stage.picture, *stage.job.background);
+  stage.view = stage.camera.view(stage.scene, pose);
+  draw_picture(stage, record);
   record.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   return record;
+}
+
+// What a picture of one view says about itself.
+ImageMetadata about_view(const ViewRecord& record) {
+  if (!record.steps) return {};
+  return {{"TraversalSteps", fmt::format("mean {:.2f}, largest {}; brightest colour: {}",
+                                         record.steps->mean, record.steps->largest, record.scale)}};
 }
 
 ImageMetadata about(const RenderJob& job, const std::string& clip) {
@@ -115,7 +143,7 @@ Result<void> draw_all(Stage& stage, const std::vector<Shot>& shots, RenderReport
   movie.fps = report.fps;
   const ImageSize size{job.settings.width, job.settings.height};
   SINEW_TRY(FrameOutput output,
-            FrameOutput::open(job.output, size, movie, about(job, report.clip)));
+            FrameOutput::open(job.output, size, movie, job.layers, about(job, report.clip)));
   ContactSheet sheet(size, shots.size());
   Progress progress(job.progress, shots.size());
   size_t done = 0;
@@ -127,7 +155,8 @@ Result<void> draw_all(Stage& stage, const std::vector<Shot>& shots, RenderReport
   for (const Shot& shot : shots) {
     SINEW_TRY(const FrameRecord record, draw(stage, shot));
     const Uninterrupted writing;
-    SINEW_CHECKED(output.add(stage.picture, shot));
+    SINEW_CHECKED(output.add(
+        {shot, stage.view, stage.picture, stage.radiance, stage.layers, about_view(record.view)}));
     if (!job.contact_sheet.empty()) sheet.add(done, stage.picture);
     report.frames.push_back(record);
     ++done;

@@ -17,7 +17,7 @@ std::string to_json(const RenderReport& report) {
   Json frames = Json::array();
   for (const FrameRecord& frame : report.frames) {
     const RayCounts& rays = frame.stats.rays;
-    frames.push_back({
+    Json entry = {
         {"frame", frame.shot.frame},
         {"time_s", frame.shot.time},
         {"update_ms", frame.update_ms},
@@ -30,7 +30,14 @@ std::string to_json(const RenderReport& report) {
           {"ao", rays.ambient},
           {"reflection", rays.reflection}}},
         {"mrays_per_s", mrays_per_s(frame.stats)},
-    });
+    };
+    if (frame.view.steps) {
+      entry["steps"] = {{"mean", frame.view.steps->mean},
+                        {"largest", frame.view.steps->largest},
+                        {"scale", frame.view.scale}};
+    }
+    if (frame.view.boxes) entry["boxes"] = *frame.view.boxes;
+    frames.push_back(std::move(entry));
   }
   const Json document = {
       {"version", SINEW_VERSION},
