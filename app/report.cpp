@@ -28,19 +28,22 @@ double mrays_per_s(const FrameStats& stats) {
 std::string to_json(const RenderReport& report) {
   Json frames = Json::array();
   for (const FrameRecord& frame : report.frames) {
-    frames.push_back({
-        {"frame", frame.shot.frame},
-        {"time_s", frame.shot.time},
-        {"update_ms", frame.update_ms},
-        {"trace_ms", frame.stats.trace_ms},
-        {"shade_ms", frame.stats.shade_ms},
-        {"total_ms", frame.total_ms},
-        {"rays", rays_json(frame.stats.rays)},
-        {"mrays_per_s", mrays_per_s(frame.stats)},
-    });
-    if (report.settings.time_budget_ms > 0.0) {
-      frames.back()["rays_skipped"] = rays_json(frame.stats.skipped);
+    Json entry = {
+        {"frame", frame.shot.frame},           {"time_s", frame.shot.time},
+        {"update_ms", frame.update_ms},        {"trace_ms", frame.stats.trace_ms},
+        {"shade_ms", frame.stats.shade_ms},    {"total_ms", frame.total_ms},
+        {"rays", rays_json(frame.stats.rays)}, {"mrays_per_s", mrays_per_s(frame.stats)},
+    };
+    if (frame.view.steps) {
+      entry["steps"] = {{"mean", frame.view.steps->mean},
+                        {"largest", frame.view.steps->largest},
+                        {"scale", frame.view.scale}};
     }
+    if (frame.view.boxes) entry["boxes"] = *frame.view.boxes;
+    if (report.settings.time_budget_ms > 0.0) {
+      entry["rays_skipped"] = rays_json(frame.stats.skipped);
+    }
+    frames.push_back(std::move(entry));
   }
   Json document = {
       {"version", SINEW_VERSION},
