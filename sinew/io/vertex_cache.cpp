@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -10,7 +11,6 @@
 
 #include "sinew/base/check.h"
 #include "sinew/io/obj/obj.h"
-#include "sinew/io/output_file.h"
 
 namespace sinew {
 namespace {
@@ -90,6 +90,27 @@ Result<VertexCache> read_pc2(const std::string& path, uint64_t memory_limit,
                        fmt::format("point {} is not finite", index % cache.points));
   }
   return cache;
+}
+
+Result<void> write_pc2_header(uint32_t points, uint32_t samples, OutputFile& out) {
+  if (points > INT32_MAX || samples > INT32_MAX) {
+    return fail({ErrorKind::usage, out.path(), "",
+                 fmt::format("{} points and {} samples are too many for PC2", points, samples),
+                 "split the mesh"});
+  }
+  const int32_t version = 1;
+  const float start_frame = 0.0f, sample_rate = 1.0f;
+  std::array<uint8_t, kHeaderBytes> header{};
+  const auto put = [&](size_t offset, const auto& value) {
+    std::memcpy(&header[offset], &value, sizeof value);
+  };
+  put(0, kMagic);
+  put(12, version);
+  put(16, points);
+  put(20, start_frame);
+  put(24, sample_rate);
+  put(28, samples);
+  return out.write(header);
 }
 
 Result<Scene> load_vertex_cache(const std::string& base, const std::string& cache_path,

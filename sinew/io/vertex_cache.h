@@ -17,6 +17,7 @@
 
 #include "sinew/base/error.h"
 #include "sinew/io/load.h"
+#include "sinew/io/output_file.h"
 #include "sinew/scene/scene.h"
 
 namespace sinew {
@@ -35,6 +36,10 @@ struct VertexCache {
 // Bytes after the last sample are ignored with a warning.
 Result<VertexCache> read_pc2(const std::string& path, uint64_t memory_limit,
                              std::vector<std::string>& warnings);
+
+// The 32 bytes before the samples, which begin at frame 0 and are a frame apart. Errors (usage):
+// more points or samples than 31 bits count.
+Result<void> write_pc2_header(uint32_t points, uint32_t samples, OutputFile& out);
 
 // The OBJ `base`, moved by the PC2 file `cache`, with a clip "cache": sample i is at the time
 // i * sample_rate / 24 s. The clip starts at 0 whatever the start frame is.
