@@ -11,6 +11,7 @@
 #include <string_view>
 
 #include "sinew/io/gltf/animation.h"
+#include "sinew/io/gltf/extras.h"
 #include "sinew/io/gltf/material.h"
 #include "sinew/io/gltf/mesh.h"
 #include "sinew/io/gltf/node.h"
@@ -20,12 +21,16 @@ namespace sinew {
 namespace gltf {
 namespace {
 
-constexpr std::array<std::string_view, 9> kSupported = {
+constexpr std::array<std::string_view, 13> kSupported = {
     "EXT_mesh_gpu_instancing",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
     "KHR_texture_transform",
@@ -59,11 +64,14 @@ Result<void> check_extensions(const Json& root, Warnings& warnings) {
   return {};
 }
 
-Result<std::string> scene_name(const Json& root) {
+// The name of the scene and its extras.
+Result<void> read_scene(const Json& root, Scene& scene) {
   SINEW_TRY(const std::vector<Json> scenes, root.objects("scenes", "scene"));
-  if (scenes.empty()) return std::string();
+  if (scenes.empty()) return {};
   SINEW_TRY(const auto index, root.index("scene", scenes.size()));
-  return scenes[index.value_or(0)].text("name");
+  const Json& json = scenes[index.value_or(0)];
+  SINEW_TRY(scene.name, json.text("name"));
+  return read_scene_extras(json, scene);
 }
 
 Result<Scene> load(const std::string& path, const LoadOptions& options) {
@@ -76,7 +84,7 @@ Result<Scene> load(const std::string& path, const LoadOptions& options) {
   const Reader reader{asset, accessors, budget, warnings};
 
   Scene scene;
-  SINEW_TRY(scene.name, scene_name(root));
+  SINEW_CHECKED(read_scene(root, scene));
   SINEW_TRY(const NodeGraph graph, read_graph(root));
   SINEW_CHECKED(read_cameras(root, scene));
   SINEW_CHECKED(read_lights(root, scene));
