@@ -20,20 +20,20 @@ namespace sinew {
 namespace gltf {
 namespace {
 
-constexpr std::array<std::string_view, 9> kSupported = {
+constexpr std::array<std::string_view, 12> kSupported = {
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
     "KHR_texture_transform",
     "KHR_xmp_json_ld",  // describes the asset, changes nothing that is seen
 };
-
-constexpr std::array<std::string_view, 3> kCompression = {
-    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
 
 template <size_t N>
 bool contains(const std::array<std::string_view, N>& names, std::string_view name) {
@@ -44,11 +44,8 @@ Result<void> check_extensions(const Json& root, Warnings& warnings) {
   SINEW_TRY(const std::vector<std::string> required, root.texts("extensionsRequired"));
   for (const std::string& name : required) {
     if (contains(kSupported, name)) continue;
-    const bool compression = contains(kCompression, name);
-    return root.error(fmt::format("needs the extension {}, which is not supported{}", name,
-                                  compression ? " yet" : ""),
-                      compression ? "export the file without compression"
-                                  : "export the file without this extension");
+    return root.error(fmt::format("needs the extension {}, which is not supported", name),
+                      "export the file without this extension");
   }
   SINEW_TRY(const std::vector<std::string> used, root.texts("extensionsUsed"));
   for (const std::string& name : used) {
@@ -72,7 +69,7 @@ Result<Scene> load(const std::string& path, const LoadOptions& options) {
   SINEW_TRY(const Asset asset, open_asset(path, budget));
   const Json root = asset.root();
   SINEW_CHECKED(check_extensions(root, warnings));
-  SINEW_TRY(const AccessorReader accessors, AccessorReader::create(asset, warnings));
+  SINEW_TRY(const AccessorReader accessors, AccessorReader::create(asset, budget, warnings));
   const Reader reader{asset, accessors, budget, warnings};
 
   Scene scene;
