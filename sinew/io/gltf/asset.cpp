@@ -155,11 +155,10 @@ Result<std::string> load_uri(const Asset& asset, const Json& owner, MemoryBudget
   return bytes;
 }
 
-Result<Asset> open_asset(const std::string& path, MemoryBudget& budget) {
+Result<Asset> open_asset(const std::string& path, std::string bytes, MemoryBudget& budget) {
   Asset asset;
   asset.file = path;
   asset.folder = asset_folder(path);
-  SINEW_TRY(std::string bytes, read_file(path, budget.left()));
   if (bytes.empty()) return damaged(path, "is empty");
   Chunks chunks{.json_size = bytes.size()};
   const bool binary = bytes.size() >= 4 && read_u32(bytes, 0) == kMagic;

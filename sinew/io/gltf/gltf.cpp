@@ -9,12 +9,14 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <utility>
 
 #include "sinew/io/gltf/animation.h"
 #include "sinew/io/gltf/material.h"
 #include "sinew/io/gltf/mesh.h"
 #include "sinew/io/gltf/node.h"
 #include "sinew/io/gltf/view.h"
+#include "sinew/io/output_file.h"
 
 namespace sinew {
 namespace gltf {
@@ -63,10 +65,10 @@ Result<std::string> scene_name(const Json& root) {
   return scenes[index.value_or(0)].text("name");
 }
 
-Result<Scene> load(const std::string& path, const LoadOptions& options) {
+Result<Scene> parse(std::string bytes, const std::string& path, const LoadOptions& options) {
   MemoryBudget budget(options.memory_limit);
   Warnings warnings;
-  SINEW_TRY(const Asset asset, open_asset(path, budget));
+  SINEW_TRY(const Asset asset, open_asset(path, std::move(bytes), budget));
   const Json root = asset.root();
   SINEW_CHECKED(check_extensions(root, warnings));
   SINEW_TRY(const AccessorReader accessors, AccessorReader::create(asset, budget, warnings));
@@ -96,7 +98,12 @@ Result<Scene> load(const std::string& path, const LoadOptions& options) {
 }  // namespace gltf
 
 Result<Scene> load_gltf(const std::string& path, const LoadOptions& options) {
-  return gltf::load(path, options);
+  SINEW_TRY(std::string bytes, read_file(path, options.memory_limit));
+  return parse_gltf(std::move(bytes), path, options);
+}
+
+Result<Scene> parse_gltf(std::string bytes, const std::string& path, const LoadOptions& options) {
+  return gltf::parse(std::move(bytes), path, options);
 }
 
 }  // namespace sinew
