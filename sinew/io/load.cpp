@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "sinew/io/aff/aff.h"
 #include "sinew/io/gltf/gltf.h"
 #include "sinew/io/polygon/scene.h"
 #include "sinew/io/polygon/sequence.h"
@@ -20,6 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kStudyPrefix = "study:";
+constexpr std::string_view kAffPrefix = "aff:";
 
 bool exists(const std::string& path) {
   std::error_code ignored;
@@ -59,6 +61,10 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
     return make_study_scene(std::string_view(input).substr(kStudyPrefix.size()));
   }
   const bool literal = exists(input);
+  if (!literal && input.starts_with(kAffPrefix)) {
+    SINEW_TRY(const AffInput aff, parse_aff_input(input.substr(kAffPrefix.size())));
+    return load_aff(aff.path, aff.options, options);
+  }
   if (!literal) {
     if (const auto split = split_cache(input)) {
       return load_vertex_cache(split->base, find_cache(*split), options);
@@ -70,6 +76,7 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
     return !literal && is_sequence(input) ? load_sequence(input, options)
                                           : load_polygons(input, options);
   }
+  if (extension == ".aff") return load_aff(input, {}, options);
   if (is_vertex_cache(input)) {
     return fail({ErrorKind::bad_input, input, "", "a vertex cache needs its base mesh",
                  "give base.obj+" + fs::path(input).filename().string()});
@@ -77,7 +84,8 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
   return fail({ErrorKind::bad_input, input, "",
                extension.empty() ? "has no extension that says what it is"
                                  : "files \"" + extension + "\" are not supported",
-               "give .gltf, .glb, .obj, .ply, frames_####.obj, base.obj+cache.pc2 or study:NAME"});
+               "give .gltf, .glb, .obj, .ply, .aff, frames_####.obj, base.obj+cache.pc2 or "
+               "study:NAME"});
 }
 
 std::string name_of(const std::string& input) {
