@@ -25,6 +25,11 @@ Result<PolygonModel> read_polygons(const std::string& path, const LoadOptions& o
 
 Result<Scene> load_polygons(const std::string& path, const LoadOptions& options) {
   SINEW_TRY(PolygonModel model, read_polygons(path, options));
+  return make_polygon_scene(std::move(model), path, options);
+}
+
+Result<Scene> make_polygon_scene(PolygonModel model, const std::string& path,
+                                 const LoadOptions& options) {
   Scene scene;
   scene.warnings = std::move(model.warnings);
   ObjMaterials materials(scene, path, options);

@@ -17,7 +17,10 @@ std::string extension_of(const std::string& path);
 // By the extension, ".ply" or else OBJ.
 Result<PolygonModel> read_polygons(const std::string& path, const LoadOptions& options);
 
-// One mesh on one node.
+// One mesh on one node. `path` is the file's that the model was read from: its textures lie beside
+// it.
+Result<Scene> make_polygon_scene(PolygonModel model, const std::string& path,
+                                 const LoadOptions& options);
 Result<Scene> load_polygons(const std::string& path, const LoadOptions& options);
 
 }  // namespace sinew
