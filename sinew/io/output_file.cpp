@@ -147,6 +147,51 @@ Result<void> write_file(const std::string& path, std::span<const uint8_t> bytes)
   return {};
 }
 
+struct PendingFile::Impl {
+  std::string path;  // as given
+  std::filesystem::path target;
+  std::string temporary;
+
+  ~Impl() {
+    if (!temporary.empty()) ::unlink(temporary.c_str());
+  }
+};
+
+PendingFile::PendingFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+PendingFile::PendingFile(PendingFile&&) noexcept = default;
+PendingFile& PendingFile::operator=(PendingFile&&) noexcept = default;
+PendingFile::~PendingFile() = default;
+
+Result<PendingFile> PendingFile::create(const std::string& path) {
+  Target target;
+  if (path != "-") {
+    SINEW_TRY(target, find_target(path));
+  }
+  if (path == "-" || target.special) {
+    return fail({ErrorKind::output, path, "", "is no regular file", "give the name of a file"});
+  }
+  std::filesystem::path temporary;
+  const Descriptor file(open_temporary(target.path, temporary));
+  if (file.get() < 0) return output_error(path, errno);
+  auto impl = std::make_unique<Impl>();
+  impl->path = path;
+  impl->target = target.path;
+  impl->temporary = temporary.string();
+  return PendingFile(std::move(impl));
+}
+
+const std::string& PendingFile::temporary() const {
+  return impl_->temporary;
+}
+
+Result<void> PendingFile::commit() {
+  if (::rename(impl_->temporary.c_str(), impl_->target.c_str()) != 0) {
+    return output_error(impl_->path, errno);
+  }
+  impl_->temporary.clear();
+  return {};
+}
+
 Result<void> write_file(const std::string& path, std::string_view text) {
   return write_file(path, {reinterpret_cast<const uint8_t*>(text.data()), text.size()});
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,6 +16,25 @@ namespace sinew {
 // written to directly.
 Result<void> write_file(const std::string& path, std::span<const uint8_t> bytes);
 Result<void> write_file(const std::string& path, std::string_view text);
+
+// A file that another program writes: it grows under a temporary name beside `path`, takes its
+// place on commit, and is gone without a trace if destroyed before that.
+class PendingFile {
+ public:
+  // Refuses "-", devices and pipes, which can be neither replaced nor written twice.
+  static Result<PendingFile> create(const std::string& path);
+  PendingFile(PendingFile&&) noexcept;
+  PendingFile& operator=(PendingFile&&) noexcept;
+  ~PendingFile();
+
+  const std::string& temporary() const;  // its name; the file is there, and empty
+  Result<void> commit();
+
+ private:
+  struct Impl;
+  explicit PendingFile(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
 
 // Whether write_file(path) can work: to be asked before long work whose result goes there.
 Result<void> check_writable(const std::string& path);
