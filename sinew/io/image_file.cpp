@@ -248,17 +248,20 @@ Result<Image8> decode_image(std::span<const uint8_t> bytes, const std::string& n
   return fail({ErrorKind::bad_input, name, "", "is neither PNG nor JPEG", "convert it to PNG"});
 }
 
-Result<ImageDifference> compare_images(const Image8& a, const Image8& b, int tolerance) {
-  SINEW_CHECK(a.pixels.size() == size_t{4} * a.width * a.height);
-  SINEW_CHECK(b.pixels.size() == size_t{4} * b.width * b.height);
+Result<void> check_same_size(const Image8& a, const Image8& b) {
+  if (a.width == b.width && a.height == b.height) return {};
   const auto text = [](const Image8& image) {
     return std::to_string(image.width) + " x " + std::to_string(image.height);
   };
-  if (a.width != b.width || a.height != b.height) {
-    return fail({ErrorKind::bad_input, "", "",
-                 "the images differ in size: " + text(a) + " and " + text(b) + " pixels",
-                 "compare images of the same size"});
-  }
+  return fail({ErrorKind::bad_input, "", "",
+               "the images differ in size: " + text(a) + " and " + text(b) + " pixels",
+               "compare images of the same size"});
+}
+
+Result<ImageDifference> compare_images(const Image8& a, const Image8& b, int tolerance) {
+  SINEW_CHECK(a.pixels.size() == size_t{4} * a.width * a.height);
+  SINEW_CHECK(b.pixels.size() == size_t{4} * b.width * b.height);
+  SINEW_CHECKED(check_same_size(a, b));
   ImageDifference result;
   uint64_t sum = 0, sum_of_squares = 0;
   int largest = 0;

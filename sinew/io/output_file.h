@@ -33,6 +33,9 @@ class OutputFile {
   Result<void> publish();  // closes, then renames into place
 
   const std::string& path() const { return path_; }
+  // Where it grows until it is published, for other programs to write to; empty if nothing is
+  // replaced in the end.
+  const std::string& temporary() const { return temporary_; }
   uint64_t size() const { return size_; }  // bytes written
 
  private:
