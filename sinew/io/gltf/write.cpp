@@ -76,6 +76,7 @@ Result<std::vector<OutputFile>> write_files(const Scene& scene, const OutputName
                                             std::span<const MeshOutput> meshes,
                                             AssetWriter& asset) {
   const std::string json = asset.finish(percent_encode(names.binary));
+  SINEW_CHECKED(asset.check_size(json, names.scene));
   std::vector<OutputFile> files;
   for (size_t i = 0; i < caches.size(); ++i) {
     if (caches[i].keys == 0) continue;
