@@ -288,6 +288,49 @@ TEST(GltfWrite, DamagedCachesAreRefused) {
   EXPECT_EQ(problem_with(bad, cache), "(loaded)");
 }
 
+// Our own extras in a file that is not as we write them.
+TEST(GltfWrite, DamagedExtrasAreRefused) {
+  const TemporaryFolder folder;
+  ASSERT_TRUE(save_gltf(test::everything_scene(), folder.path("a.gltf")));
+  const json good = json::parse(slurp(folder.path("a.gltf")));
+  const auto problem_with = [&](const char* where, const json& value) {
+    json file = good;
+    file[json::json_pointer(where)] = value;
+    const Result<Scene> result = load(folder.write("a.gltf", file.dump()));
+    return result ? std::string("(loaded)") : result.error().message();
+  };
+  const json& extras = good["animations"][0]["extras"];
+  ASSERT_EQ(extras["sinew_cache_keys"].size(), 2u);  // the cached mesh, the vertex program
+  const std::string keys = "/animations/0/extras/sinew_cache_keys";
+  const auto expect_problem = [&](const std::string& where, const json& value,
+                                  const char* problem) {
+    expect_contains(problem_with(where.c_str(), value), problem);
+  };
+  expect_problem(keys, 7, "\"sinew_cache_keys\" is not an array");
+  expect_problem(keys + "/0/node", 100000, "\"node\" is 100000, but the file has only");
+  expect_problem(keys + "/0/times", {0, 1, 1}, "needs rising times");
+  expect_problem(keys + "/0/values", {0, 1}, "needs rising times and as many values");
+  expect_problem(keys + "/0/interpolation", "SMOOTH", "not STEP, LINEAR or CUBICSPLINE");
+  expect_problem("/animations/0/extras/sinew_start", 100.0, "runs from 100 to");
+  expect_problem("/scenes/0/extras/sinew_fps", -1, "its frame rate makes no sense");
+  expect_problem("/scenes/0/extras/sinew_frames", 1.5, "\"sinew_frames\" is not a whole number");
+  expect_problem("/scenes/0/extras/sinew_environment", 1, "is not an object");
+  expect_problem("/nodes/0/mesh", 0, "is marked to show and hide one node, but is more");
+  expect_problem("/nodes/0/children", json::array(),
+                 "is marked to show and hide one node, but is more");
+
+  const json cached = good["meshes"][3]["primitives"][0]["attributes"];
+  ASSERT_TRUE(cached.contains("_SINEW_POINT"));
+  const std::string points = "/accessors/" + std::to_string(cached["_SINEW_POINT"].get<int>());
+  expect_problem(points + "/type", "VEC3", "has the wrong type for \"_SINEW_POINT\"");
+  json file = good;
+  file["accessors"][cached["_SINEW_POINT"].get<size_t>()].erase("bufferView");
+  file["accessors"][cached["_SINEW_POINT"].get<size_t>()]["count"] = 1;
+  const Result<Scene> fewer = load(folder.write("a.gltf", file.dump()));
+  ASSERT_FALSE(fewer);
+  expect_contains(fewer.error().message(), "has 1 elements for");
+}
+
 TEST(GltfWrite, RandomlyDamagedFilesAreHandled) {
   const TemporaryFolder folder;
   ASSERT_TRUE(save_gltf(test::everything_scene(), folder.path("a.glb")));

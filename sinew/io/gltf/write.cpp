@@ -137,6 +137,11 @@ Result<SaveReport> save(const Scene& scene, const std::string& path, const SaveO
 }  // namespace
 }  // namespace gltf
 
+Result<void> check_save(const std::string& path) {
+  SINEW_CHECKED(gltf::names_of(path));
+  return check_writable(path);
+}
+
 Result<SaveReport> save_gltf(const Scene& scene, const std::string& path,
                              const SaveOptions& options) {
   try {
