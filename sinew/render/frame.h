@@ -16,6 +16,8 @@ struct RenderSettings {
   uint32_t height = 600;
   uint32_t samples = 1;           // camera rays a pixel, 1..4096
   uint32_t reflections = 1;       // mirror bounces, 0..16
+  uint32_t refractions = 8;       // transmissive surfaces that a path goes through, 0..32; behind
+                                  // the last one it sees the environment
   uint32_t ambient_rays = 0;      // ambient occlusion rays a hit, 0..4096; 0: none, the environment
                                   // shines unoccluded
   float ambient_distance = 0.0f;  // how far occlusion reaches, metres; 0: a quarter of the scene's
@@ -24,22 +26,34 @@ struct RenderSettings {
   float exposure = 0.0f;     // stops
   bool transparent = false;  // the background has alpha 0 instead of the environment's colour
   uint32_t seed = 0;
+
+  // For interactive rates (L section 4).
+  uint32_t subsampling = 1;     // one pixel is drawn for a square of so many pixels a side, at its
+                                // centre, and the rest interpolated bilinearly; 1..64
+  double time_budget_ms = 0.0;  // > 0: rays that the frame has no time for are left out: breadth-
+                                // first, so that all primary rays come before any other, with one
+                                // primary ray a drawn pixel whatever `samples` says. Not the same
+                                // bits every time.
+
+  bool operator==(const RenderSettings&) const = default;
 };
 
-// Rays really traced. One that goes on behind a blended surface counts as the kind it continues.
+// A ray that goes on behind a blended surface counts as the kind it continues.
 struct RayCounts {
   uint64_t primary = 0;
   uint64_t shadow = 0;
   uint64_t ambient = 0;
   uint64_t reflection = 0;
+  uint64_t refraction = 0;  // also straight through thin transmissive surfaces
 
-  uint64_t total() const { return primary + shadow + ambient + reflection; }
+  uint64_t total() const { return primary + shadow + ambient + reflection + refraction; }
 };
 
 struct FrameStats {
   double trace_ms = 0.0;  // in ray queries
   double shade_ms = 0.0;  // everything else
-  RayCounts rays;
+  RayCounts rays;         // really traced
+  RayCounts skipped;      // left out because the time was up, and their offspring never made
 };
 
 // Buffers that live from frame to frame; a frame after the first of a size allocates nothing. They

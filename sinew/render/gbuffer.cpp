@@ -90,8 +90,10 @@ vec3 map_normal(const Scene& scene, const ObjectAttributes& object, const Materi
   n.y *= material.normal_scale;
 
   Tangents t;
-  if (!object.tangents.empty()) {
-    const vec4 tangent = interpolate(object.tangents, c.corner, c.weight);
+  if (object.has_tangents) {
+    const vec4 tangent = tangent_at(object, c.corner.x) * c.weight.x +
+                         tangent_at(object, c.corner.y) * c.weight.y +
+                         tangent_at(object, c.corner.z) * c.weight.z;
     t.tangent = vec3(tangent);
     t.bitangent = cross(normal, t.tangent) * (tangent.w < 0.0f ? -1.0f : 1.0f);
   } else {
@@ -149,18 +151,20 @@ void resolve_geometry(const Scene& scene, const ObjectAttributes& object, const 
 
   out.position = out.lifted = transform_point(object.placement, point);
   out.geometric_normal = geometric * side;
+  out.from_behind = (side < 0.0f) != object.mirrored;
   const vec3 reach = abs(object.placement[0] * point.x) + abs(object.placement[1] * point.y) +
                      abs(object.placement[2] * point.z) + abs(object.placement[3]);
   out.footprint =
       kRounding * (std::max({reach.x, reach.y, reach.z}) + hit.t * length(ray.direction));
 
-  const bool flat = object.normals.empty() || mesh.parts[mesh.triangle_part[hit.primitive]].flat;
+  const bool flat =
+      object.source == NormalSource::none || mesh.parts[mesh.triangle_part[hit.primitive]].flat;
   const float face_length = length(face);
   vec3 normal = face_length > 0.0f ? face / face_length : vec3(0.0f);
   if (!flat) {
-    const uvec3 index = object.normals_by_vertex ? c.vertex : c.corner;
-    const vec3 corner_normal[3] = {object.normals[index.x], object.normals[index.y],
-                                   object.normals[index.z]};
+    const uvec3 index = object.normals_by_vertex() ? c.vertex : c.corner;
+    const vec3 corner_normal[3] = {normal_at(object, index.x), normal_at(object, index.y),
+                                   normal_at(object, index.z)};
     const vec3 mean = corner_normal[0] * c.weight.x + corner_normal[1] * c.weight.y +
                       corner_normal[2] * c.weight.z;
     const float mean_length = length(mean);
@@ -181,7 +185,26 @@ void resolve_geometry(const Scene& scene, const ObjectAttributes& object, const 
   out.normal = bend_towards(bend_towards(normal, out.geometric_normal), view);
 }
 
-// Fills colours and everything else that the material says.
+vec3 dielectric_reflectance(const Material& material) {
+  const float ratio = (material.ior - 1.0f) / (material.ior + 1.0f);
+  return min(ratio * ratio * material.specular_color, vec3(1.0f)) * material.specular;
+}
+
+// What refraction needs: the bend at the surface, and what the inside of a solid has absorbed of a
+// ray that leaves it.
+void resolve_medium(const Material& material, const Ray& ray, Surface& out) {
+  out.bend = 1.0f;
+  out.medium = vec3(1.0f);
+  if (material.thin || material.transmission == 0.0f) return;
+  out.bend = out.from_behind ? material.ior : 1.0f / material.ior;
+  if (out.from_behind && material.attenuation_distance > 0.0f) {
+    const float distance = out.hit.t * length(ray.direction);
+    out.medium = pow(clamp(material.attenuation_color, 0.0f, 1.0f),
+                     vec3(distance / material.attenuation_distance));
+  }
+}
+
+// Fills colours and everything else that the material says of the point.
 void resolve_material(const Scene& scene, const Mesh& mesh, const Hit& hit,
                       const Material& material, Surface& out) {
   const Corners c = corners_of(mesh, hit);
@@ -190,7 +213,7 @@ void resolve_material(const Scene& scene, const Mesh& mesh, const Hit& hit,
   out.unlit = material.unlit;
   if (material.unlit) {
     out.emission = vec3(base);
-    out.albedo = out.specular = vec3(0.0f);
+    out.albedo = out.specular = out.transmitted = vec3(0.0f);
     out.roughness = out.occlusion = 1.0f;
     return;
   }
@@ -202,8 +225,17 @@ void resolve_material(const Scene& scene, const Mesh& mesh, const Hit& hit,
   }
   metallic = std::clamp(metallic, 0.0f, 1.0f);
   out.roughness = std::clamp(roughness, 0.0f, 1.0f);
+  out.specular = mix(dielectric_reflectance(material), vec3(base), metallic);
   out.albedo = vec3(base) * (1.0f - metallic);
-  out.specular = mix(vec3(0.04f), vec3(base), metallic);
+  out.transmitted = vec3(0.0f);
+  if (material.transmission > 0.0f) {
+    float share = material.transmission;
+    if (const Lookup map = look_up(scene, mesh, material.transmission_texture, c); map.image) {
+      share *= sample_linear(*map.image, material.transmission_texture, map.uv).x;
+    }
+    out.transmitted = min(out.albedo * share, vec3(1.0f));
+    out.albedo *= 1.0f - share;
+  }
   out.emission = material.emissive;
   if (const Lookup map = look_up(scene, mesh, material.emissive_texture, c); map.image) {
     out.emission *= vec3(sample_srgb(*map.image, material.emissive_texture, map.uv));
@@ -222,12 +254,19 @@ vec4 base_color(const Scene& scene, const Mesh& mesh, const Hit& hit) {
                     corners_of(mesh, hit));
 }
 
+vec3 transparency(const Scene& scene, const Mesh& mesh, const Hit& hit) {
+  Surface surface;
+  resolve_material(scene, mesh, hit, scene.materials[mesh.material_of(hit.primitive)], surface);
+  return 1.0f - surface.alpha + surface.alpha * surface.transmitted * (1.0f - surface.specular);
+}
+
 void resolve_surface(const Scene& scene, const ObjectAttributes& object, const Ray& ray,
                      const Hit& hit, Surface& out) {
   const Material& material = scene.materials[object.mesh->material_of(hit.primitive)];
   out.hit = hit;
   resolve_geometry(scene, object, ray, hit, material, out);
   resolve_material(scene, *object.mesh, hit, material, out);
+  resolve_medium(material, ray, out);
 }
 
 }  // namespace sinew

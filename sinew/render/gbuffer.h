@@ -19,17 +19,25 @@ struct Surface {
   vec3 geometric_normal{0.0f};  // world, unit, of the triangle, towards the ray
   vec3 albedo{0.0f};            // diffuse reflectance
   vec3 specular{0.0f};          // reflectance at normal incidence
+  vec3 transmitted{0.0f};       // share of what is not reflected that passes through
   vec3 emission{0.0f};
   float roughness = 1.0f;
   float alpha = 1.0f;  // opacity after mask and blend
   float occlusion = 1.0f;
-  float footprint = 0.0f;  // distance by which to leave the surface for secondary rays
+  float footprint = 0.0f;    // distance by which to leave the surface for secondary rays
+  float bend = 1.0f;         // index of refraction on the ray's side over that on the other side
+  vec3 medium{1.0f};         // share of light that the matter which the ray came through has left
+  bool from_behind = false;  // the ray met the triangle's back
   bool unlit = false;
   Hit hit;  // false: the ray left the scene
 };
 
 // Base colour factor times vertex colour times texture at the hit: linear RGB, alpha.
 vec4 base_color(const Scene& scene, const Mesh& mesh, const Hit& hit);
+
+// The share of light that passes straight through at the hit: what alpha leaves open, and what a
+// transmissive material lets through.
+vec3 transparency(const Scene& scene, const Mesh& mesh, const Hit& hit);
 
 // The surface that `ray` met at `hit` (which must be true) on the object with these attributes.
 void resolve_surface(const Scene& scene, const ObjectAttributes& object, const Ray& ray,

@@ -19,6 +19,7 @@ ShadingLight place_light(const Light& light, const Affine& node) {
   out.direction = unit_or(-node[2], vec3(0.0f, 0.0f, -1.0f));
   out.intensity = light.color * light.intensity;
   out.range = light.range;
+  out.falloff = light.falloff;
   if (light.type == LightType::spot) {
     const float outer = std::cos(light.outer_cone);
     out.cone_scale = 1.0f / std::max(0.001f, std::cos(light.inner_cone) - outer);
@@ -67,7 +68,7 @@ Illumination illuminate(const ShadingLight& light, vec3 position) {
   const float d2 = dot(to_light, to_light), d = std::sqrt(d2);
   if (!(d > 0.0f)) return {};
   const vec3 direction = to_light / d;
-  float scale = 1.0f / std::max(d2, kNearest2);
+  float scale = light.falloff ? 1.0f / std::max(d2, kNearest2) : 1.0f;
   if (light.range > 0.0f) {
     const float q = d / light.range, q2 = q * q;
     scale *= std::clamp(1.0f - q2 * q2, 0.0f, 1.0f);

@@ -18,6 +18,7 @@ struct ShadingLight {
   vec3 direction{0.0f};     // where it shines to; directional and spot; world, unit
   vec3 intensity{0.0f};     // colour times lux or candela
   float range = 0.0f;       // metres; 0: no limit
+  bool falloff = true;      // point and spot: with the square of the distance
   float cone_scale = 0.0f;  // spot: attenuation = clamp(cos * cone_scale + cone_offset)^2
   float cone_offset = 1.0f;
   bool shadows = true;
@@ -43,7 +44,7 @@ Illumination illuminate(const ShadingLight& light, vec3 position);
 vec3 environment_radiance(const Environment& environment, vec3 direction);
 
 // Cosine-weighted mean of the radiance over the hemisphere about the unit normal: what a white
-// diffuse surface reflects of the environment. Exact.
+// diffuse surface reflects of what rays see of the environment. Exact.
 vec3 environment_ambient(const Environment& environment, vec3 normal);
 
 }  // namespace sinew

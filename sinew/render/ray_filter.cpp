@@ -16,12 +16,25 @@ const Mesh& mesh_of(const Scene& scene, const Hit& hit) {
   return scene.meshes[scene.objects[hit.object].mesh];
 }
 
-// Opacity of the hit texel: 0 or 1 for masks.
-float opacity(const Scene& scene, const Material& material, const Hit& hit) {
-  if (material.alpha_mode == AlphaMode::opaque) return 1.0f;
+// Whether the hit texel is a hole in its surface.
+bool is_hole(const Scene& scene, const Material& material, const Hit& hit) {
+  if (material.alpha_mode == AlphaMode::opaque) return false;
   const float alpha = base_color(scene, mesh_of(scene, hit), hit).w;
-  if (material.alpha_mode == AlphaMode::mask) return alpha >= material.alpha_cutoff ? 1.0f : 0.0f;
-  return alpha;
+  return material.alpha_mode == AlphaMode::mask ? alpha < material.alpha_cutoff
+                                                : alpha <= kInvisible;
+}
+
+bool lets_light_through(const Material& material) {
+  return material.alpha_mode == AlphaMode::blend || material.transmission > 0.0f;
+}
+
+uint32_t depth_of(float transparency) {
+  if (transparency <= 0x1p-10f) return kOpaqueDepth;
+  return static_cast<uint32_t>(std::lround(-std::log2(std::min(transparency, 1.0f)) * kDepthUnit));
+}
+
+bool is_opaque(uvec3 depth) {
+  return std::min({depth.x, depth.y, depth.z}) >= kOpaqueDepth;
 }
 
 // Whether the direction runs against the front of the hit triangle. Mirrored placements turn the
@@ -42,30 +55,29 @@ const Material& material_of(const Scene& scene, const Hit& hit) {
 bool accept_visible(const void* context, uint32_t ray, const Hit& hit) {
   const auto& c = *static_cast<const FilterContext*>(context);
   const Material& material = material_of(*c.scene, hit);
-  if (!material.double_sided && !meets_front(c, hit, c.rays[ray].direction)) return false;
-  return opacity(*c.scene, material, hit) > kInvisible;
+  if (!material.has_back() && !meets_front(c, hit, c.rays[ray].direction)) return false;
+  return !is_hole(*c.scene, material, hit);
 }
 
 bool accept_shadow(const void* context, uint32_t ray, const Hit& hit) {
   const auto& c = *static_cast<const FilterContext*>(context);
   const Material& material = material_of(*c.scene, hit);
-  if (!material.double_sided && !meets_front(c, hit, -c.rays[ray].direction)) return false;
-  const float left = 1.0f - opacity(*c.scene, material, hit);
-  if (left >= 1.0f) return false;
-  uint32_t& depth = c.optical_depth[ray];
-  if (left <= 0x1p-10f) {
-    depth = kOpaqueDepth;
-  } else {
-    depth += static_cast<uint32_t>(std::lround(-std::log2(left) * kDepthUnit));
+  if (!material.has_back() && !meets_front(c, hit, -c.rays[ray].direction)) return false;
+  if (is_hole(*c.scene, material, hit)) return false;
+  if (!lets_light_through(material)) return true;
+  const vec3 left = transparency(*c.scene, mesh_of(*c.scene, hit), hit);
+  uvec3& depth = c.optical_depth[ray];
+  for (int channel = 0; channel < 3; ++channel) {
+    depth[channel] = std::min(depth[channel] + depth_of(left[channel]), kOpaqueDepth);
   }
-  return depth >= kOpaqueDepth;
+  return is_opaque(depth);
 }
 
 }  // namespace
 
 bool needs_filter(const Scene& scene) {
   return std::any_of(scene.materials.begin(), scene.materials.end(), [](const Material& m) {
-    return m.alpha_mode != AlphaMode::opaque || !m.double_sided;
+    return m.alpha_mode != AlphaMode::opaque || !m.has_back() || m.transmission > 0.0f;
   });
 }
 
@@ -76,9 +88,14 @@ HitFilter shadow_filter(const FilterContext& context) {
   return {accept_shadow, &context};
 }
 
-float transmittance(uint32_t optical_depth) {
-  if (optical_depth >= kOpaqueDepth) return 0.0f;
-  return optical_depth == 0 ? 1.0f : std::exp2(-static_cast<float>(optical_depth) / kDepthUnit);
+vec3 transmittance(uvec3 optical_depth) {
+  if (optical_depth == uvec3(0u)) return vec3(1.0f);
+  vec3 left(0.0f);
+  for (int channel = 0; channel < 3; ++channel) {
+    const uint32_t depth = optical_depth[channel];
+    if (depth < kOpaqueDepth) left[channel] = std::exp2(-static_cast<float>(depth) / kDepthUnit);
+  }
+  return left;
 }
 
 }  // namespace sinew

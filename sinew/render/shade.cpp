@@ -13,6 +13,19 @@ float pow5(float x) {
   return x2 * x2 * x;
 }
 
+// Cosine of the refracted direction to the normal; negative: total reflection.
+float refracted_cosine(const Surface& surface, vec3 view) {
+  const float cosine = std::clamp(dot(surface.normal, view), 0.0f, 1.0f);
+  const float square = 1.0f - surface.bend * surface.bend * (1.0f - cosine * cosine);
+  return square > 0.0f ? std::sqrt(square) : -1.0f;
+}
+
+// Schlick's term wants the angle on the side of the thinner medium; 0 at total reflection.
+float thin_side_cosine(const Surface& surface, vec3 view) {
+  if (surface.bend > 1.0f) return std::max(refracted_cosine(surface, view), 0.0f);
+  return std::clamp(dot(surface.normal, view), 0.0f, 1.0f);
+}
+
 }  // namespace
 
 float phong_exponent(float roughness) {
@@ -35,7 +48,7 @@ vec3 scatter(const Surface& surface, vec3 view, vec3 to_light) {
 vec3 mirror_reflectance(const Surface& surface, vec3 view) {
   // Rough surfaces brighten less towards grazing angles: their ceiling is 1 - roughness.
   const vec3 ceiling = max(vec3(1.0f - surface.roughness), surface.specular);
-  const float grazing = pow5(1.0f - std::clamp(dot(surface.normal, view), 0.0f, 1.0f));
+  const float grazing = pow5(1.0f - thin_side_cosine(surface, view));
   return surface.specular + (ceiling - surface.specular) * grazing;
 }
 
@@ -51,12 +64,23 @@ vec3 mirror_direction(const Surface& surface, vec3 view) {
   return out >= kLeast ? d : normalize(d + (kLeast - out) * surface.geometric_normal);
 }
 
+std::optional<vec3> refracted_direction(const Surface& surface, vec3 view) {
+  constexpr float kLeast = 1e-3f;  // cosine to the triangle's normal
+  const float behind = refracted_cosine(surface, view);
+  if (behind < 0.0f) return {};
+  const float before = std::clamp(dot(surface.normal, view), 0.0f, 1.0f);
+  const vec3 d = (surface.bend * before - behind) * surface.normal - surface.bend * view;
+  const float out = -dot(d, surface.geometric_normal);
+  return out >= kLeast ? d : normalize(d - (kLeast - out) * surface.geometric_normal);
+}
+
 vec3 scatter_environment(const Surface& surface, const Environment& environment, vec3 view,
                          float ambient, float traced_share) {
   const vec3 reflectance = mirror_reflectance(surface, view);
   const float open = ambient * surface.occlusion;
   vec3 radiance = surface.albedo * (1.0f - reflectance) *
-                  environment_ambient(environment, surface.normal) * open;
+                  environment.ambient.value_or(environment_ambient(environment, surface.normal)) *
+                  open;
   if (traced_share < 1.0f) {
     const vec3 direction = mirror_direction(surface, view);
     const vec3 blurred = mix(environment_radiance(environment, direction),

@@ -4,6 +4,8 @@
 // appendix B for what the parameters mean.
 #pragma once
 
+#include <optional>
+
 #include "sinew/render/gbuffer.h"
 #include "sinew/render/lights.h"
 
@@ -17,7 +19,8 @@ float phong_exponent(float roughness);
 // Unit vectors, away from the surface.
 vec3 scatter(const Surface& surface, vec3 view, vec3 to_light);
 
-// Share of the environment that is reflected as from a (blurred) mirror, seen from `view`.
+// Share of light that is reflected as from a (blurred) mirror, seen from `view`. Where light would
+// leave a denser medium too obliquely all of it is reflected, but for roughness.
 vec3 mirror_reflectance(const Surface& surface, vec3 view);
 
 // How much of the mirror reflectance is sharp enough for a ray: 1 up to roughness 0.2, 0 from 0.35.
@@ -25,6 +28,10 @@ float mirror_share(float roughness);
 
 // Reflection of the view direction about the shading normal, bent to leave the triangle's plane.
 vec3 mirror_direction(const Surface& surface, vec3 view);
+
+// Where light seen from `view` comes from behind a transmissive surface: Snell's law about the
+// shading normal, bent to stay behind the triangle's plane. Nothing: total reflection.
+std::optional<vec3> refracted_direction(const Surface& surface, vec3 view);
 
 // Radiance of the environment, diffusely reflected and, for the share that no mirror ray brings,
 // blurred by roughness. `ambient` is the unoccluded part of the surroundings, 0..1.

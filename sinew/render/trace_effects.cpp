@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cmath>
 
-#include "sinew/base/parallel.h"
+#include "sinew/base/check.h"
 #include "sinew/render/ray_filter.h"
 #include "sinew/render/sampling.h"
 #include "sinew/render/shade.h"
@@ -12,15 +12,21 @@
 namespace sinew {
 namespace {
 
-constexpr uint16_t kMostLayers = 16;        // blended surfaces that a path passes
-constexpr float kLeastMirror = 0.01f;       // share of the pixel for which a mirror ray is traced
-constexpr float kLeastBehind = 1.0f / 512;  // ... for which a path goes on behind a blend
+// Between two looks at the clock: some milliseconds of work.
+constexpr size_t kSlice = 16 * kChunk;
 
-// Calls body(chunk, begin, end) for every chunk of the wave's rays, in parallel.
+// Calls body(begin, end) for [0, count) slice by slice until the deadline passes; without one, for
+// all of it at once. Returns how far it came.
 template <class Body>
-void for_chunks(const Wave& wave, const Body& body) {
-  parallel_for(wave.count, kChunk,
-               [&](size_t begin, size_t end) { body(begin / kChunk, begin, end); });
+size_t until(const Deadline& deadline, size_t count, const Body& body) {
+  const size_t slice = deadline.is_set() ? kSlice : count;
+  size_t done = 0;
+  while (done < count && !deadline.passed()) {
+    const size_t end = std::min(done + slice, count);
+    body(done, end);
+    done = end;
+  }
+  return done;
 }
 
 bool is_lit(const Surface& surface) {
@@ -31,37 +37,47 @@ float largest(vec3 v) {
   return std::max({v.x, v.y, v.z});
 }
 
-// A start for rays that leave the surface to the side of the viewer.
-vec3 before(const Surface& surface, vec3 point) {
-  return point + surface.geometric_normal * surface.footprint;
-}
-vec3 behind(const Surface& surface, vec3 point) {
-  return point - surface.geometric_normal * surface.footprint;
-}
-
-// Finds which probes are blocked, and by how much blends dim the others.
-void trace_probes(const FrameContext& frame, const Wave& wave, Probes& probes) {
+// Finds which probes are blocked, and by how much others are dimmed on their way. Counts them.
+void trace_probes(const FrameContext& frame, const Wave& wave, Probes& probes, StageClock& clock,
+                  uint64_t& traced, uint64_t& skipped) {
   const FilterContext filter{&frame.world, &frame.scene, probes.rays.data(),
                              probes.optical_depth.data()};
-  for_chunks(wave, [&](size_t chunk, size_t begin, size_t) {
-    QueryOptions options{.facing = Facing::back};
-    if (frame.filtered) options.filter = shadow_filter(filter);
-    options.first_ray = static_cast<uint32_t>(begin);
-    const size_t count = probes.count[chunk];
-    frame.world.any_hits({probes.rays.data() + begin, count},
-                         {probes.blocked.data() + begin, count}, options);
+  clock.end_shading();
+  const size_t done = until(frame.deadline, wave.count, [&](size_t begin, size_t end) {
+    parallel_for(end - begin, kChunk, [&](size_t chunk_begin, size_t) {
+      const size_t first = begin + chunk_begin, count = probes.count[first / kChunk];
+      QueryOptions options{.facing = Facing::back};
+      if (frame.filtered) options.filter = shadow_filter(filter);
+      options.first_ray = static_cast<uint32_t>(first);
+      frame.world.any_hits({probes.rays.data() + first, count},
+                           {probes.blocked.data() + first, count}, options);
+    });
   });
+  clock.end_tracing();
+  if (done < wave.count) {
+    std::fill(probes.blocked.begin() + static_cast<ptrdiff_t>(done), probes.blocked.end(),
+              uint8_t{0});
+  }
+  const uint64_t in_time = probes.total(done);
+  traced += in_time;
+  skipped += probes.total(wave.count) - in_time;
 }
 
-// The part of the probe's light that arrives.
-float passed(const Probes& probes, size_t slot) {
-  return probes.blocked[slot] ? 0.0f : transmittance(probes.optical_depth[slot]);
+// Calls gather(owner, part of the probe's light that arrives) for all probes.
+template <class Gather>
+void gather_probes(const Wave& wave, const Probes& probes, const Gather& gather) {
+  for_chunks(wave, [&](size_t chunk, size_t begin, size_t) {
+    for (size_t slot = begin; slot < begin + probes.count[chunk]; ++slot) {
+      if (probes.blocked[slot]) continue;
+      gather(probes.owner[slot], probes.light[slot] * transmittance(probes.optical_depth[slot]));
+    }
+  });
 }
 
 Ray shadow_ray(const ShadingLight& light, const Surface& surface) {
   constexpr float kBeforeLight = 1.0f - 1e-4f;
   Ray ray;
-  ray.origin = before(surface, surface.lifted);
+  ray.origin = leave_before(surface, surface.lifted);
   if (light.type == LightType::directional) {
     ray.direction = -light.direction;
     return ray;
@@ -71,54 +87,22 @@ Ray shadow_ray(const ShadingLight& light, const Surface& surface) {
   return ray;
 }
 
-// The reflection of a path, or nothing if it is not worth a ray.
-bool make_mirror_ray(const FrameContext& frame, const Surface& surface, vec3 view, float share,
-                     float alpha, const Path& path, Ray& ray, Path& out) {
-  // A reflected ray does not split again, so that waves cannot grow without limit.
-  if (path.bounce >= frame.settings.reflections || (path.bounce > 0 && alpha < 1.0f)) return false;
-  out = path;
-  out.throughput *= alpha * share * mirror_reflectance(surface, view);
-  if (largest(out.throughput) < kLeastMirror) return false;
-  ++out.bounce;
-  ray.origin = before(surface, surface.position);
-  ray.direction = mirror_direction(surface, view);
-  return true;
+// The counts of the wave's rays from `begin` on, by kind.
+RayCounts count_rays(const Wave& wave, size_t begin, size_t end) {
+  RayCounts out;
+  for (size_t i = begin; i < end; ++i) {
+    const RayKind kind = wave.paths[i].kind;
+    out.primary += kind == RayKind::primary;
+    out.reflection += kind == RayKind::reflection;
+    out.refraction += kind == RayKind::refraction;
+  }
+  return out;
 }
 
-// The light that one ray brings to its pixel; pushes the rays that go on.
-vec4 shade_surface(const FrameContext& frame, const Wave& wave, size_t index, size_t chunk,
-                   Offspring& offspring) {
-  const Surface& surface = wave.surfaces[index];
-  const Path& path = wave.paths[index];
-  const vec3 view = -normalize(wave.rays[index].direction);
-
-  Ray ray;
-  Path next = path;
-  next.throughput *= 1.0f - surface.alpha;
-  ++next.layer;
-  const bool goes_on = next.layer <= kMostLayers && largest(next.throughput) >= kLeastBehind;
-  const float alpha = goes_on ? surface.alpha : 1.0f;  // what ends here is opaque
-
-  vec3 radiance = surface.emission;
-  if (!surface.unlit) {
-    Path mirrored;
-    float share = mirror_share(surface.roughness);
-    if (make_mirror_ray(frame, surface, view, share, alpha, path, ray, mirrored)) {
-      offspring.push(chunk, ray, mirrored);
-    } else {
-      share = 0.0f;
-    }
-    radiance += wave.direct[index] + scatter_environment(surface, frame.scene.environment, view,
-                                                         wave.ambient[index], share);
-  }
-  if (goes_on) {
-    ray = {};
-    ray.origin = behind(surface, surface.position);
-    ray.direction = wave.rays[index].direction;
-    offspring.push(chunk, ray, next);
-  }
-  const float coverage = path.bounce == 0 ? path.throughput.x * alpha : 0.0f;
-  return vec4(path.throughput * alpha * radiance, coverage);
+void add(RayCounts& sum, const RayCounts& counts) {
+  sum.primary += counts.primary;
+  sum.reflection += counts.reflection;
+  sum.refraction += counts.refraction;
 }
 
 }  // namespace
@@ -141,8 +125,55 @@ double StageClock::lap() {
   return passed_ms;
 }
 
-uint64_t add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave, Probes& probes,
-                   StageClock& clock) {
+void trace_hits(const FrameContext& frame, Wave& wave, size_t begin, size_t end) {
+  const FilterContext filter{&frame.world, &frame.scene, wave.rays.data(), nullptr};
+  parallel_for(end - begin, kChunk, [&](size_t chunk_begin, size_t chunk_end) {
+    const size_t first = begin + chunk_begin, count = chunk_end - chunk_begin;
+    QueryOptions options{.facing = Facing::front};
+    if (frame.filtered) options.filter = visible_filter(filter);
+    options.first_ray = static_cast<uint32_t>(first);
+    frame.world.closest_hits({wave.rays.data() + first, count}, {wave.hits.data() + first, count},
+                             options);
+  });
+}
+
+void trace_wave(const FrameContext& frame, AttributeTable& attributes, Wave& wave, Tally& tally) {
+  tally.clock.end_shading();
+  const size_t done = until(frame.deadline, wave.count,
+                            [&](size_t begin, size_t end) { trace_hits(frame, wave, begin, end); });
+  tally.clock.end_tracing();
+  std::fill(wave.hits.begin() + static_cast<ptrdiff_t>(done),
+            wave.hits.begin() + static_cast<ptrdiff_t>(wave.count), Hit{});
+  add(tally.traced, count_rays(wave, 0, done));
+  add(tally.skipped, count_rays(wave, done, wave.count));
+  resolve_wave(frame, attributes, wave);
+}
+
+void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& wave) {
+  for_chunks(wave, [&](size_t, size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      if (!wave.hits[i]) continue;
+      SINEW_CHECK(wave.hits[i].object < frame.scene.objects.size());
+      attributes.touch(wave.hits[i].object);
+    }
+  });
+  attributes.refresh();
+  for_chunks(wave, [&](size_t, size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      wave.direct[i] = vec3(0.0f);
+      const Hit& hit = wave.hits[i];
+      if (hit) {
+        resolve_surface(frame.scene, attributes.of(hit.object), wave.rays[i], hit,
+                        wave.surfaces[i]);
+      } else {
+        wave.surfaces[i].hit = hit;
+      }
+    }
+  });
+}
+
+void add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave, Probes& probes,
+               Tally& tally) {
   const bool shadows = frame.settings.shadows && light.shadows;
   probes.resize(wave);
   for_chunks(wave, [&](size_t chunk, size_t begin, size_t end) {
@@ -160,23 +191,16 @@ uint64_t add_light(const FrameContext& frame, const ShadingLight& light, Wave& w
       }
     }
   });
-  if (!shadows) return 0;
-  clock.end_shading();
-  trace_probes(frame, wave, probes);
-  clock.end_tracing();
-  for_chunks(wave, [&](size_t chunk, size_t begin, size_t) {
-    for (size_t slot = begin; slot < begin + probes.count[chunk]; ++slot) {
-      wave.direct[probes.owner[slot]] += probes.light[slot] * passed(probes, slot);
-    }
-  });
-  return probes.total(wave);
+  if (!shadows) return;
+  trace_probes(frame, wave, probes, tally.clock, tally.traced.shadow, tally.skipped.shadow);
+  gather_probes(wave, probes,
+                [&](uint32_t owner, vec3 light_in) { wave.direct[owner] += light_in; });
 }
 
-uint64_t trace_ambient(const FrameContext& frame, uint32_t sample, Wave& wave, Probes& probes,
-                       StageClock& clock) {
+void trace_ambient(const FrameContext& frame, uint32_t sample, Wave& wave, Probes& probes,
+                   Tally& tally) {
   const uint32_t rays = frame.settings.ambient_rays, points = rays * frame.settings.samples;
   std::fill_n(wave.ambient.begin(), wave.count, rays > 0 ? 0.0f : 1.0f);
-  uint64_t total = 0;
   for (uint32_t k = 0; k < rays; ++k) {
     const vec2 point = hammersley(sample * rays + k, points);
     probes.resize(wave);
@@ -185,10 +209,11 @@ uint64_t trace_ambient(const FrameContext& frame, uint32_t sample, Wave& wave, P
         const Surface& surface = wave.surfaces[i];
         if (!is_lit(surface)) continue;
         const Path& path = wave.paths[i];
-        const uint32_t depth = (uint32_t{path.bounce} << 16) | path.layer;
+        const uint32_t depth =
+            (uint32_t{path.mirrors} << 16) | (uint32_t{path.refractions} << 8) | path.layers;
         const uint32_t hash = hash_combine(path.pixel, hash_combine(frame.settings.seed, depth));
         Ray ray;
-        ray.origin = before(surface, surface.lifted);
+        ray.origin = leave_before(surface, surface.lifted);
         ray.direction = cosine_direction(surface.normal, shifted(point, hash));
         const float below = dot(ray.direction, surface.geometric_normal);
         if (below < 0.0f) ray.direction -= 2.0f * below * surface.geometric_normal;
@@ -196,36 +221,11 @@ uint64_t trace_ambient(const FrameContext& frame, uint32_t sample, Wave& wave, P
         probes.push(chunk, ray, static_cast<uint32_t>(i), vec3(1.0f / static_cast<float>(rays)));
       }
     });
-    clock.end_shading();
-    trace_probes(frame, wave, probes);
-    clock.end_tracing();
-    for_chunks(wave, [&](size_t chunk, size_t begin, size_t) {
-      for (size_t slot = begin; slot < begin + probes.count[chunk]; ++slot) {
-        wave.ambient[probes.owner[slot]] += probes.light[slot].x * passed(probes, slot);
-      }
+    trace_probes(frame, wave, probes, tally.clock, tally.traced.ambient, tally.skipped.ambient);
+    gather_probes(wave, probes, [&](uint32_t owner, vec3 open) {
+      wave.ambient[owner] += (open.x + open.y + open.z) / 3.0f;
     });
-    total += probes.total(wave);
   }
-  return total;
-}
-
-void shade_wave(const FrameContext& frame, Wave& wave, Offspring& offspring) {
-  offspring.resize(wave);
-  for_chunks(wave, [&](size_t chunk, size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      if (wave.surfaces[i].hit) {
-        wave.result[i] = shade_surface(frame, wave, i, chunk, offspring);
-        continue;
-      }
-      const Path& path = wave.paths[i];
-      const vec3 sky =
-          environment_radiance(frame.scene.environment, normalize(wave.rays[i].direction));
-      const bool background = path.bounce == 0;
-      wave.result[i] = background && frame.settings.transparent
-                           ? vec4(0.0f)
-                           : vec4(path.throughput * sky, background ? path.throughput.x : 0.0f);
-    }
-  });
 }
 
 }  // namespace sinew

@@ -2,6 +2,7 @@
 // that go on behind mirrors and blended surfaces. Each works on a whole wave at once.
 #pragma once
 
+#include "sinew/base/deadline.h"
 #include "sinew/render/frame.h"
 #include "sinew/render/lights.h"
 #include "sinew/render/wave.h"
@@ -29,17 +30,33 @@ struct FrameContext {
   const RenderSettings& settings;
   float ambient_distance = 0.0f;  // metres
   bool filtered = false;          // some hits must be asked about (see ray_filter.h)
+  Deadline deadline = {};         // rays are left out when it has passed
 };
 
-// Adds the light's reflected radiance to wave.direct, in shadow where something is between.
-// Returns the number of shadow rays.
-uint64_t add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave, Probes& probes,
-                   StageClock& clock);
+// What a frame has done so far.
+struct Tally {
+  StageClock clock;
+  RayCounts traced, skipped;
+};
+
+// Finds the closest hits of the wave's rays [begin, end).
+void trace_hits(const FrameContext& frame, Wave& wave, size_t begin, size_t end);
+
+// Says which objects the wave has hit, and fills the G-buffer.
+void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& wave);
+
+// Both, for as many rays as there is time for; the rest meets nothing.
+void trace_wave(const FrameContext& frame, AttributeTable& attributes, Wave& wave, Tally& tally);
+
+// Adds the light's reflected radiance to wave.direct, in shadow where something is between. Rays
+// that there is no time for find nothing between.
+void add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave, Probes& probes,
+               Tally& tally);
 
 // Sets wave.ambient: the cosine-weighted share of the hemisphere that is open up to the ambient
-// distance. `sample` is the pass over the pixels. Returns the number of ambient rays.
-uint64_t trace_ambient(const FrameContext& frame, uint32_t sample, Wave& wave, Probes& probes,
-                       StageClock& clock);
+// distance. `sample` is the pass over the pixels. Rays that there is no time for are open.
+void trace_ambient(const FrameContext& frame, uint32_t sample, Wave& wave, Probes& probes,
+                   Tally& tally);
 
 // Sets wave.result from everything found out about the rays, and makes the rays that go on.
 void shade_wave(const FrameContext& frame, Wave& wave, Offspring& offspring);

@@ -31,11 +31,12 @@ void Probes::push(size_t chunk, const Ray& ray, uint32_t surface, vec3 contribut
   rays[slot] = ray;
   owner[slot] = surface;
   light[slot] = contribution;
-  optical_depth[slot] = 0;
+  optical_depth[slot] = uvec3(0u);
 }
 
-uint64_t Probes::total(const Wave& wave) const {
-  return std::accumulate(count.begin(), count.begin() + static_cast<ptrdiff_t>(wave.chunks()),
+uint64_t Probes::total(size_t slots) const {
+  const size_t chunks = (slots + kChunk - 1) / kChunk;
+  return std::accumulate(count.begin(), count.begin() + static_cast<ptrdiff_t>(chunks),
                          uint64_t{0});
 }
 

@@ -11,18 +11,26 @@
 #include <span>
 #include <vector>
 
+#include "sinew/base/parallel.h"
 #include "sinew/render/gbuffer.h"
 
 namespace sinew {
 
 inline constexpr size_t kChunk = 512;
 
-// Where a ray's light goes.
+enum class RayKind : uint8_t { primary, reflection, refraction };
+
+// Where a ray's light goes, and what the path to it has been through.
 struct Path {
   uint32_t pixel = 0;
-  uint16_t bounce = 0;  // mirror reflections so far
-  uint16_t layer = 0;   // blended surfaces passed so far
+  uint8_t mirrors = 0;
+  uint8_t refractions = 0;  // transmissive surfaces
+  uint8_t layers = 0;       // blended surfaces
+  RayKind kind = RayKind::primary;
   vec3 throughput{1.0f};
+
+  // Whether the camera sees the ray's end straight.
+  bool is_direct() const { return mirrors == 0 && refractions == 0; }
 };
 static_assert(sizeof(Path) == 20);
 
@@ -46,12 +54,13 @@ struct Probes {
   std::vector<uint32_t> owner;  // index in the wave
   std::vector<vec3> light;      // what it brings if nothing is in the way
   std::vector<uint8_t> blocked;
-  std::vector<uint32_t> optical_depth;  // of blends on the way
-  std::vector<uint32_t> count;          // a chunk
+  std::vector<uvec3> optical_depth;  // of what lets light through on the way; R, G, B
+  std::vector<uint32_t> count;       // a chunk
 
   void resize(const Wave& wave);
   void push(size_t chunk, const Ray& ray, uint32_t surface, vec3 contribution);
-  uint64_t total(const Wave& wave) const;
+  // Of the probes in the first `slots` slots.
+  uint64_t total(size_t slots) const;
 };
 
 // The next wave's rays while they are being made.
@@ -66,5 +75,20 @@ struct Offspring {
   // Replaces the wave's rays and paths by the offspring, in order.
   void become(Wave& wave);
 };
+
+// Calls body(chunk, begin, end) for every chunk of the wave's rays, in parallel.
+template <class Body>
+void for_chunks(const Wave& wave, const Body& body) {
+  parallel_for(wave.count, kChunk,
+               [&](size_t begin, size_t end) { body(begin / kChunk, begin, end); });
+}
+
+// A start for rays that leave the surface on the side of the viewer, or on the other one.
+inline vec3 leave_before(const Surface& surface, vec3 point) {
+  return point + surface.geometric_normal * surface.footprint;
+}
+inline vec3 leave_behind(const Surface& surface, vec3 point) {
+  return point - surface.geometric_normal * surface.footprint;
+}
 
 }  // namespace sinew

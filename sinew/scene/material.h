@@ -57,6 +57,9 @@ struct Material {
                                  // that bends light by `ior`
   vec3 attenuation_color{1.0f};  // what of white light is left after attenuation_distance inside
   float attenuation_distance = 0.0f;  // metres; 0: the inside is clear
+
+  // Whether rays that come from behind see the surface: a solid's inside has to be left again.
+  bool has_back() const { return double_sided || (transmission > 0.0f && !thin); }
 };
 
 }  // namespace sinew

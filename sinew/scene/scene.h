@@ -73,8 +73,8 @@ struct Environment {
   vec3 zenith{0.30f, 0.36f, 0.44f};  // linear radiance straight up
   vec3 horizon{0.44f, 0.46f, 0.48f};
   vec3 nadir{0.18f, 0.17f, 0.16f};
-  std::optional<vec3> ambient;  // if set, radiance that lights diffuse surfaces from everywhere,
-                                // instead of what rays see
+  std::optional<vec3> ambient{};  // if set, radiance that lights diffuse surfaces from everywhere,
+                                  // instead of what rays see
 };
 
 struct Scene {

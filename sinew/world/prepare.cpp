@@ -10,14 +10,14 @@ namespace {
 // What rays must know of the mesh's materials. A mesh that is partly single-sided is left to the
 // query's filter, like one with holes.
 ObjectDesc describe(const Scene& scene, const Mesh& mesh) {
-  size_t single_sided = 0, with_holes = 0;
+  size_t single_sided = 0, lets_through = 0;
   for (const MeshPart& part : mesh.parts) {
     const Material& material = scene.materials[part.material];
-    single_sided += !material.double_sided;
-    with_holes += material.alpha_mode != AlphaMode::opaque;
+    single_sided += !material.has_back();
+    lets_through += material.alpha_mode != AlphaMode::opaque || material.transmission > 0.0f;
   }
   const bool all_single_sided = single_sided == mesh.parts.size();
-  return {.filtered = with_holes > 0 || (single_sided > 0 && !all_single_sided),
+  return {.filtered = lets_through > 0 || (single_sided > 0 && !all_single_sided),
           .single_sided = all_single_sided};
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "sinew/base/error.h"
 #include "sinew/bvh/build.h"
@@ -42,6 +43,12 @@ struct UpdateStats {
   uint32_t objects_present = 0;
 };
 
+// A box of the hierarchy.
+struct TreeBox {
+  Box box;                      // in the object's space, or the world's
+  uint32_t object = kNoObject;  // kNoObject: it belongs to the top tree
+};
+
 class World {
  public:
   World();
@@ -73,6 +80,15 @@ class World {
                     const QueryOptions& options = {}) const;
   void any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
                 const QueryOptions& options = {}) const;
+  // closest_hits that also counts what each ray cost.
+  void count_closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
+                          std::span<TraversalCounts> counts,
+                          const QueryOptions& options = {}) const;
+
+  // The boxes of the hierarchy `level` steps below the root, which is level 0, and those of leaves
+  // that end sooner: together they hold every present object. An object's whole box counts as one
+  // box, at the level where it hangs in the top tree.
+  std::vector<TreeBox> boxes(uint32_t level) const;
 
   Box box() const;                                         // of all present objects, world space
   std::span<const vec3> positions(ObjectId object) const;  // of its vertices, in object space

@@ -262,7 +262,7 @@ TEST(Frame, AmbientOcclusionBesideAWall) {
   TestScene t;
   const uint32_t white = t.add_material(vec3(1.0f));
   t.scene.materials[white].metallic = 0.0f;
-  t.scene.environment = {vec3(1.0f), vec3(1.0f), vec3(1.0f)};
+  t.scene.environment = {vec3(1.0f), vec3(1.0f), vec3(1.0f), {}, {}};
   // The camera looks down at the floor at x = 1 from a wall of height 1 that runs along z.
   t.camera.to_world = look_at(vec3(1, 5, 0), vec3(1, 0, 0), vec3(0, 0, -1), 1.0f).to_world;
   t.camera.ymag = 0.02f;

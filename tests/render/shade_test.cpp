@@ -171,7 +171,7 @@ TEST(Alpha, TransmittanceDoesNotDependOnOrder) {
   scene.meshes.push_back(mesh);
   scene.objects.emplace_back();
   const auto through = [&](std::initializer_list<uint32_t> triangles) {
-    uint32_t depth[1] = {0};
+    uvec3 depth[1] = {uvec3(0u)};
     const FilterContext context{nullptr, &scene, nullptr, depth};
     const HitFilter filter = shadow_filter(context);
     for (uint32_t t : triangles) {
@@ -179,8 +179,8 @@ TEST(Alpha, TransmittanceDoesNotDependOnOrder) {
     }
     return transmittance(depth[0]);
   };
-  EXPECT_EQ(through({}), 1.0f);
-  EXPECT_NEAR(through({0, 1, 2, 3}), 0.9f * 0.63f * 0.5f * 0.2f, 1e-4f);
+  EXPECT_EQ(through({}), vec3(1.0f));
+  EXPECT_NEAR(through({0, 1, 2, 3}).x, 0.9f * 0.63f * 0.5f * 0.2f, 1e-4f);
   EXPECT_EQ(through({0, 1, 2, 3}), through({3, 0, 2, 1}));
 }
 

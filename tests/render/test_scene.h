@@ -19,7 +19,7 @@ struct TestScene {
 
   // Black surroundings; 32 x 32 pixels; looks along -z at the square [-1, 1]^2 without perspective.
   TestScene() {
-    scene.environment = {vec3(0.0f), vec3(0.0f), vec3(0.0f)};
+    scene.environment = {vec3(0.0f), vec3(0.0f), vec3(0.0f), {}, {}};
     settings.width = settings.height = 32;
     camera.to_world[3] = vec3(0.0f, 0.0f, 10.0f);
     camera.orthographic = true;

@@ -248,7 +248,7 @@ Result<Scene> make_bodies(const StudyArguments& arguments) {
            400.0f * scale * scale);
   add_camera_path(scene, clip, scale);
   scene.clips.push_back(std::move(clip));
-  scene.environment = {{0.05f, 0.13f, 0.34f}, {0.50f, 0.55f, 0.62f}, {0.035f, 0.032f, 0.045f}};
+  scene.environment = {{0.05f, 0.13f, 0.34f}, {0.50f, 0.55f, 0.62f}, {0.035f, 0.032f, 0.045f}, {}};
   scene.default_frames = kFrames;
   scene.default_fps = kFps;
   return scene;

@@ -142,7 +142,7 @@ void add_views(Scene& scene) {
   add_camera(scene, "Three-quarter", {{2.75f, 1.30f, 2.75f}, {0.0f, 0.50f, -0.24f}, 0.52f});
   add_camera(scene, "Side", {{5.1f, 1.05f, -0.40f}, {0.0f, 0.55f, -0.40f}, 0.52f});
   add_camera(scene, "Portrait", {{1.15f, 1.15f, 2.05f}, {0.0f, 0.88f, 0.72f}, 0.50f});
-  scene.environment = {{0.10f, 0.22f, 0.46f}, {0.50f, 0.58f, 0.62f}, {0.16f, 0.13f, 0.10f}};
+  scene.environment = {{0.10f, 0.22f, 0.46f}, {0.50f, 0.58f, 0.62f}, {0.16f, 0.13f, 0.10f}, {}};
 }
 
 }  // namespace

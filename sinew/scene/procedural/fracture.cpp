@@ -150,7 +150,7 @@ Result<Scene> make_fracture(const StudyArguments& arguments) {
   add_sun(scene, "key", {{0.8f, 1.1f, 0.7f}, {1.0f, 0.90f, 0.75f}, 4.0f});
   add_sun(scene, "fill", {{-1.0f, 0.5f, 0.4f}, {0.66f, 0.80f, 1.0f}, 0.8f});
   add_camera(scene, "Front", {{0.9f, 1.7f, 5.2f}, {0.0f, 0.75f, 0.0f}, 0.62f});
-  scene.environment = {{0.10f, 0.22f, 0.46f}, {0.52f, 0.58f, 0.63f}, {0.20f, 0.16f, 0.12f}};
+  scene.environment = {{0.10f, 0.22f, 0.46f}, {0.52f, 0.58f, 0.63f}, {0.20f, 0.16f, 0.12f}, {}};
   scene.default_frames = kFrames;
   scene.default_fps = kFps;
   return scene;

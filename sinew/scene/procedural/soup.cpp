@@ -263,7 +263,7 @@ Result<Scene> make_soup(const StudyArguments& arguments) {
                                         even_times(kKeys - 1, clip.end),
                                         {0.0f, 1.0f, 2.0f, 3.0f, 4.0f}));
   scene.clips.push_back(std::move(clip));
-  scene.environment = {vec3(0.30f, 0.31f, 0.33f), vec3(0.26f), vec3(0.20f, 0.18f, 0.16f)};
+  scene.environment = {vec3(0.30f, 0.31f, 0.33f), vec3(0.26f), vec3(0.20f, 0.18f, 0.16f), {}, {}};
   scene.default_frames = static_cast<int32_t>(std::lround(key_seconds * (kKeys - 1) * kFps));
   scene.default_fps = kFps;
   return scene;

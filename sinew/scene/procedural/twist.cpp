@@ -180,7 +180,7 @@ Result<Scene> make_twist(const StudyArguments& arguments) {
   add_sun(scene, "key", {{0.7f, 1.0f, 0.8f}, {1.0f, 0.92f, 0.80f}, 4.0f});
   add_sun(scene, "rim", {{-1.0f, 0.6f, -0.5f}, {0.62f, 0.78f, 1.0f}, 1.8f});
   add_camera(scene, "Front", {{0.6f, 1.9f, 6.4f}, {0.0f, 1.26f, 0.0f}, 0.53f});
-  scene.environment = {{0.06f, 0.15f, 0.36f}, {0.50f, 0.56f, 0.62f}, {0.06f, 0.055f, 0.06f}};
+  scene.environment = {{0.06f, 0.15f, 0.36f}, {0.50f, 0.56f, 0.62f}, {0.06f, 0.055f, 0.06f}, {}};
   scene.default_frames = kFrames;
   scene.default_fps = kFps;
   return scene;

@@ -1,0 +1,33 @@
+// The parts of a frame that render_frame() and Refinement share.
+#pragma once
+
+#include "sinew/render/camera_wave.h"
+#include "sinew/render/frame.h"
+#include "sinew/render/trace_effects.h"
+
+namespace sinew {
+
+struct RenderScratch {
+  AttributeTable attributes;
+  std::vector<ShadingLight> lights;
+  Wave wave;
+  Probes probes;
+  Offspring offspring;
+  Image drawn;              // of sub-sampled frames
+  CoarseToFine order;       // of frames with a time budget
+  double reserve_ms = 0.0;  // what such a frame needs after its last ray
+};
+
+FrameContext make_context(const World& world, const Scene& scene, const RenderSettings& settings);
+
+// Makes the scratch ready for a frame of about so many camera rays.
+void begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
+                 const CameraView& camera, uint64_t rays, RenderScratch& scratch);
+
+// One pass over some tiles: adds `sample` of each pixel, at `offset` in it, with all rays that come
+// of it, to the image.
+void draw_tiles(const FrameContext& frame, const DrawnPixels& pixels, uint32_t first_tile,
+                uint32_t last_tile, uint32_t sample, vec2 offset, RenderScratch& scratch,
+                Tally& tally, Image& image);
+
+}  // namespace sinew
