@@ -31,14 +31,14 @@ struct SceneJob {
 };
 
 Result<int> write_scene(const SceneJob& job) {
-  SINEW_CHECKED(check_writable(job.output));
+  SINEW_CHECKED(check_save(job.output));
   SINEW_TRY(const Scene scene, load(job.input, job.load));
   print_warnings(scene.warnings);
   const Uninterrupted writing;
   SINEW_TRY(const SaveReport report, save_gltf(scene, job.output, job.save));
   print_warnings(report.warnings);
   if (job.output == "-") return kOk;
-  std::string text = fmt::format("{} triangles, {} nodes, {} clips\n", report.triangles,
+  std::string text = fmt::format("triangles {}, nodes {}, clips {}\n", report.triangles,
                                  report.nodes, report.clips);
   for (const SavedFile& file : report.files) {
     text += fmt::format("{}  {} bytes\n", file.path, file.bytes);

@@ -32,6 +32,14 @@ write_basic_package_version_file(sinewConfigVersion.cmake COMPATIBILITY SameMino
 install(FILES ${PROJECT_BINARY_DIR}/sinewConfig.cmake ${PROJECT_BINARY_DIR}/sinewConfigVersion.cmake
         DESTINATION ${package_dir} COMPONENT dev)
 
+# These two have no pkg-config files of their own, or ones without their library.
+set(sinew_decoders "")
+if(draco_FOUND)
+  string(APPEND sinew_decoders " -ldraco")
+endif()
+if(meshoptimizer_FOUND)
+  string(APPEND sinew_decoders " -lmeshoptimizer")
+endif()
 configure_file(cmake/sinew.pc.in sinew.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/sinew.pc
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
@@ -58,5 +66,5 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libsinew-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-    "libglm-dev, libexpected-dev, libtbb-dev, libhwy-dev, libfmt-dev, libpng-dev, libjpeg62-turbo-dev, libwebp-dev, libopenexr-dev")
+    "libglm-dev, libexpected-dev, libtbb-dev, libhwy-dev, libfmt-dev, libpng-dev, libjpeg62-turbo-dev, libwebp-dev, libopenexr-dev, libdraco-dev, libmeshoptimizer-dev")
 include(CPack)

@@ -35,4 +35,7 @@ struct SaveReport {
 Result<SaveReport> save_gltf(const Scene& scene, const std::string& path,
                              const SaveOptions& options = {});
 
+// Whether `path` is a name that save_gltf takes, and can be written: to be asked before long work.
+Result<void> check_save(const std::string& path);
+
 }  // namespace sinew

@@ -76,6 +76,7 @@ Result<std::vector<OutputFile>> write_files(const Scene& scene, const OutputName
                                             std::span<const MeshOutput> meshes,
                                             AssetWriter& asset) {
   const std::string json = asset.finish(percent_encode(names.binary));
+  SINEW_CHECKED(asset.check_size(json, names.scene));
   std::vector<OutputFile> files;
   for (size_t i = 0; i < caches.size(); ++i) {
     if (caches[i].keys == 0) continue;
@@ -135,6 +136,11 @@ Result<SaveReport> save(const Scene& scene, const std::string& path, const SaveO
 
 }  // namespace
 }  // namespace gltf
+
+Result<void> check_save(const std::string& path) {
+  SINEW_CHECKED(gltf::names_of(path));
+  return check_writable(path);
+}
 
 Result<SaveReport> save_gltf(const Scene& scene, const std::string& path,
                              const SaveOptions& options) {

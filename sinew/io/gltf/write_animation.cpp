@@ -128,7 +128,8 @@ void AnimationWriter::make_times_positive(Clip& clip) const {
     first = std::min(first, double{channel.times.front()});
   }
   if (first >= 0.0) return;
-  context_.warnings.add(clip.name, fmt::format("begins at {:g} s; moved to begin at 0", first));
+  context_.warnings.add(element("clip", clip.name),
+                        fmt::format("begins at {:g} s; moved to begin at 0", first));
   clip.start -= first;
   clip.end -= first;
   for (Channel& channel : clip.channels) {
@@ -258,7 +259,7 @@ uint32_t write_animations(const WriteContext& context, std::span<const Clip> cli
   for (const Clip& clip : clips) {
     JsonOut json = writer.write(clip);
     if (json.is_null()) {
-      context.warnings.add(clip.name, "moves nothing; left out");
+      context.warnings.add(element("clip", clip.name), "moves nothing; left out");
       continue;
     }
     context.asset.add("animations", std::move(json));

@@ -17,6 +17,11 @@ uint64_t aligned(uint64_t size) {
   return (size + kAlignment - 1) / kAlignment * kAlignment;
 }
 
+uint64_t glb_size(uint64_t json_size, uint64_t binary_size) {
+  constexpr uint64_t kHeader = 12, kChunkHeader = 8;
+  return kHeader + kChunkHeader + json_size + (binary_size > 0 ? kChunkHeader + binary_size : 0);
+}
+
 Result<void> write_words(OutputFile& out, std::initializer_list<uint64_t> words) {
   std::vector<uint8_t> bytes;
   for (const uint64_t word : words) {
@@ -121,6 +126,14 @@ std::string AssetWriter::finish(const std::string& binary_uri) {
   return root().dump(indent, ' ', false, Json::error_handler_t::replace);
 }
 
+Result<void> AssetWriter::check_size(const std::string& json, const std::string& file) const {
+  const uint64_t size = glb_size(aligned(json.size()), binary_size_);
+  if (size <= UINT32_MAX) return {};
+  return fail({ErrorKind::bad_input, file, "",
+               "would have " + std::to_string(size) + " bytes, but glTF files end at 4 GiB",
+               "split the scene into several files"});
+}
+
 Result<void> AssetWriter::write_binary(OutputFile& out) const {
   std::vector<uint8_t> bytes;
   for (const Chunk& chunk : chunks_) {
@@ -134,13 +147,7 @@ Result<void> AssetWriter::write_binary(OutputFile& out) const {
 Result<void> AssetWriter::write_glb(const std::string& json, OutputFile& out) const {
   std::string text = json;
   text.resize(aligned(text.size()), ' ');
-  const uint64_t header = 12 + 8 + (binary_size_ > 0 ? 8 : 0);
-  const uint64_t total = header + text.size() + binary_size_;
-  if (total > UINT32_MAX) {
-    return fail({ErrorKind::bad_input, out.path(), "",
-                 "would have " + std::to_string(total) + " bytes, but a GLB ends at 4 GiB",
-                 "split the scene into several files"});
-  }
+  const uint64_t total = glb_size(text.size(), binary_size_);
   SINEW_CHECKED(write_words(out, {kMagic, 2, total, text.size(), kJsonChunk}));
   SINEW_CHECKED(out.write({reinterpret_cast<const uint8_t*>(text.data()), text.size()}));
   if (binary_size_ == 0) return {};

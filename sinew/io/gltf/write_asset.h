@@ -79,6 +79,9 @@ class AssetWriter {
   // a GLB.
   std::string finish(const std::string& binary_uri);
   uint64_t binary_size() const { return binary_size_; }
+  // Whether the format can hold what finish() counted; also true of a .gltf and its .bin, for many
+  // programs count those bytes in 32 bits as well.
+  Result<void> check_size(const std::string& json, const std::string& file) const;
 
   // Writes what finish() counted: all buffer views, or a whole GLB around them.
   Result<void> write_binary(OutputFile& out) const;

@@ -18,6 +18,11 @@ struct WriteContext {
   Warnings& warnings;
 };
 
+// What warnings call an element.
+inline std::string element(const char* kind, const std::string& name) {
+  return kind + (name.empty() ? std::string() : " '" + name + "'");
+}
+
 inline JsonOut named(const std::string& name) {
   JsonOut json = JsonOut::object();
   if (!name.empty()) json["name"] = name;

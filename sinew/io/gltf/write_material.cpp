@@ -55,7 +55,7 @@ T MaterialWriter::in_range(const Material& material, const char* what, const T& 
                            float high) {
   const T result = glm::clamp(value, low, high);
   if (result != value) {
-    context_.warnings.add(material.name,
+    context_.warnings.add(element("material", material.name),
                           fmt::format("its {} is outside glTF's range; clamped", what));
   }
   return result;

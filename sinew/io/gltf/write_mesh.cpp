@@ -105,6 +105,11 @@ void MeshWriter::prepare() {
     out_.normals = vertex_normals(mesh_.positions, mesh_.triangles);
   }
   if (out_.skinned) merge_influences(mesh_, out_);
+  const bool in_range = std::all_of(mesh_.colors.begin(), mesh_.colors.end(),
+                                    [](const vec4& c) { return c == glm::clamp(c, 0.0f, 1.0f); });
+  if (!in_range) {
+    context_.warnings.add(element("mesh", mesh_.name), "has vertex colours beyond 0..1; clamped");
+  }
   if (cached() && !out_.vertices.unchanged()) {
     out_.points = out_.vertices.dense_points(mesh_.positions.size());
   }
@@ -189,9 +194,6 @@ JsonOut MeshWriter::attributes(uint32_t set_index) {
   add_directions(set, out);
   add_texcoords(set_index, out);
   if (!mesh.colors.empty()) {
-    const bool in_range = std::all_of(mesh.colors.begin(), mesh.colors.end(),
-                                      [](const vec4& c) { return c == glm::clamp(c, 0.0f, 1.0f); });
-    if (!in_range) context_.warnings.add(mesh.name, "has vertex colours beyond 0..1; clamped");
     out["COLOR_0"] = add<vec4>(set, Limits::omitted, [&set, &mesh](size_t v) {
       return glm::clamp(mesh.colors[set.corner(v)], 0.0f, 1.0f);
     });
@@ -249,7 +251,8 @@ JsonOut MeshWriter::write() {
   prepare();
   const bool morphs = mesh_.morph_targets > 0 && !cached();
   if (cached() && (mesh_.morph_targets > 0 || mesh_.influences > 0)) {
-    context_.warnings.add(mesh_.name, "a vertex cache moves it; its skin and morphs are left out");
+    context_.warnings.add(element("mesh", mesh_.name),
+                          "a vertex cache moves it; its skin and morphs are left out");
   }
   JsonOut json = named(mesh_.name);
   std::vector<JsonOut> set_attributes, set_targets;
@@ -284,7 +287,7 @@ std::vector<MeshOutput> write_meshes(const WriteContext& context,
   for (size_t i = 0; i < scene.meshes.size(); ++i) {
     if (!shown[i]) continue;
     if (scene.meshes[i].triangles.empty()) {
-      context.warnings.add(scene.meshes[i].name, "has no triangles; left out");
+      context.warnings.add(element("mesh", scene.meshes[i].name), "has no triangles; left out");
       continue;
     }
     JsonOut json = MeshWriter(context, scene.meshes[i], caches[i], result[i]).write();

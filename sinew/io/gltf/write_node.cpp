@@ -229,7 +229,7 @@ void NodeWriter::warn_of_visible_skins() const {
   }
   for (const SceneObject& object : scene_.objects) {
     if (object.skin >= 0 && hidden[object.node]) {
-      context_.warnings.add(scene_.nodes[object.node].name,
+      context_.warnings.add(element("node", scene_.nodes[object.node].name),
                             "appears or vanishes, but has a skin: other programs show it always");
     }
   }

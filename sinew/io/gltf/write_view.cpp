@@ -67,7 +67,7 @@ JsonOut write_light(const WriteContext& context, const Light& light, float dista
   float intensity = std::max(light.intensity, 0.0f) * brightest;
   if (light.type != LightType::directional && !light.falloff) {
     context.warnings.add(
-        light.name,
+        element("light", light.name),
         "shines equally at all distances, which glTF cannot say; other programs see "
         "a light that is as bright in the middle of the scene");
     out["extras"] = {{"sinew_intensity_everywhere", double{intensity}}};
