@@ -71,17 +71,33 @@ Result<OutputFormat> format_of(std::string_view path, std::string_view format) {
   }
   std::transform(word.begin(), word.end(), word.begin(),
                  [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
-  if (word == "png") return OutputFormat::png;
-  if (word == "webp") return OutputFormat::webp;
+  for (const OutputFormat known :
+       {OutputFormat::png, OutputFormat::exr, OutputFormat::webp, OutputFormat::mp4}) {
+    if (word == extension(known)) return known;
+  }
   if (word.empty()) {
     return bad_name(path, "its name does not say which format",
-                    "end it with .png or .webp, or give --format");
+                    "end it with .png, .exr, .webp or .mp4, or give --format");
   }
   return bad_name(path, fmt::format("'{}' files are not written", word),
-                  "use .png for pictures or .webp for a movie");
+                  "use .png or .exr for pictures, .webp or .mp4 for a movie");
 }
 
 }  // namespace
+
+const char* extension(OutputFormat format) {
+  switch (format) {
+    case OutputFormat::png:
+      return "png";
+    case OutputFormat::exr:
+      return "exr";
+    case OutputFormat::webp:
+      return "webp";
+    case OutputFormat::mp4:
+      return "mp4";
+  }
+  return "";
+}
 
 std::string OutputName::of_frame(int frame) const {
   if (!has_counter()) return path;
@@ -110,8 +126,10 @@ Result<OutputName> parse_output_name(std::string_view path, std::string_view for
     name.digits = counter->digits;
     at += counter->size - 1;
   }
-  if (name.has_counter() && name.format == OutputFormat::webp) {
-    return bad_name(path, "a .webp holds all frames, so its name needs no frame counter",
+  if (name.has_counter() && is_movie(name.format)) {
+    return bad_name(path,
+                    fmt::format("a .{} holds all frames, so its name needs no frame counter",
+                                extension(name.format)),
                     "use .png for one file a frame");
   }
   return name;

@@ -10,7 +10,13 @@
 
 namespace sinew::app {
 
-enum class OutputFormat { png, webp };
+enum class OutputFormat { png, exr, webp, mp4 };
+
+// One file for all frames rather than one a frame.
+constexpr bool is_movie(OutputFormat format) {
+  return format == OutputFormat::webp || format == OutputFormat::mp4;
+}
+const char* extension(OutputFormat format);  // "png" ...
 
 struct OutputName {
   std::string path;  // as given; "-" is standard output
@@ -24,7 +30,7 @@ struct OutputName {
   std::string of_frame(int frame) const;
 };
 
-// `format` ("png", "webp" or empty) overrides what the ending says. A counter counts only in the
+// `format` (an extension, or empty) overrides what the ending says. A counter counts only in the
 // last part of the path.
 Result<OutputName> parse_output_name(std::string_view path, std::string_view format = {});
 

@@ -17,6 +17,7 @@
 #include "app/report.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/output_file.h"
+#include "sinew/render/refinement.h"
 #include "sinew/world/world.h"
 
 namespace sinew::app {
@@ -41,10 +42,11 @@ Result<std::vector<Shot>> choose_shots(const RenderJob& job, const Timeline& tim
     frames.push_back(frame);
   }
   for (const int frame : frames) shots.push_back({frame, frame_time(timeline, frame)});
-  if (shots.size() > 1 && job.output.format == OutputFormat::png && !job.output.has_counter()) {
+  if (shots.size() > 1 && !is_movie(job.output.format) && !job.output.has_counter()) {
     return usage(fmt::format("{} frames cannot all go to '{}'", shots.size(), job.output.path),
-                 "name the output out_####.png or out.webp, or choose one picture with "
-                 "--frames 1 or --time 0");
+                 fmt::format("name the output out_####.{} or out.webp, or choose one picture with "
+                             "--frames 1 or --time 0",
+                             extension(job.output.format)));
   }
   return shots;
 }
@@ -70,6 +72,14 @@ void lay_under(Image8& image, const Rgb& color) {
   }
 }
 
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+constexpr double kLeastBudget = 0.1;  // ms for rays, so that there is a picture
+
 // The scene on its way through the frames.
 struct Stage {
   const RenderJob& job;
@@ -77,14 +87,53 @@ struct Stage {
   World& world;
   const FrameCamera& camera;
   RenderScratchPtr scratch = make_render_scratch();
+  Refinement refinement{};
+  double finish_ms = 0.0;  // what the last picture took beyond update and radiance
+  LayerScratch layer_scratch{};
+  CameraView view{};
   Image radiance{};
+  FrameLayers layers{};
   Image8 picture{};
   uint32_t absent = 0;  // most objects left out of a frame
 };
 
-// Moves the world to the shot's time and draws it to stage.picture.
+// Light in the picture, within what is left of the frame's time since `start`.
+FrameStats draw_radiance(Stage& stage, Clock::time_point start, RenderSettings settings) {
+  if (settings.time_budget_ms > 0.0) {
+    settings.time_budget_ms =
+        std::max(settings.time_budget_ms - ms_since(start) - stage.finish_ms, kLeastBudget);
+  }
+  const ScenePose& pose = stage.world.pose();
+  return stage.job.progressive ? stage.refinement.draw(stage.world, stage.scene, pose, stage.view,
+                                                       settings, *stage.scratch, stage.radiance)
+                               : render_frame(stage.world, stage.scene, pose, stage.view, settings,
+                                              *stage.scratch, stage.radiance);
+}
+
+// Traces what the output is made of, to stage.radiance and stage.layers, and makes stage.picture.
+void draw_picture(Stage& stage, Clock::time_point start, FrameRecord& record) {
+  const RenderJob& job = stage.job;
+  const bool exr = job.output.format == OutputFormat::exr;
+  const LayerChoice choice = exr ? job.layers : layers_for(job.view);
+  RenderSettings settings = job.settings;
+  settings.transparent |= job.background.has_value();
+  const ScenePose& pose = stage.world.pose();
+  const bool shows = !exr || !job.contact_sheet.empty();
+  if (choice.color || (exr && shows)) {
+    record.stats = draw_radiance(stage, start, settings);
+  }
+  const Clock::time_point drawn = Clock::now();
+  trace_layers(stage.world, stage.scene, pose, stage.view, settings.width, settings.height, choice,
+               stage.layer_scratch, stage.layers);
+  if (!shows) return;
+  if (job.view.wants_light()) tonemap(stage.radiance, settings.exposure, stage.picture);
+  if (job.background) lay_under(stage.picture, *job.background);
+  record.view = draw_view(job.view, stage.world, stage.view, stage.layers, stage.picture);
+  stage.finish_ms = ms_since(drawn);
+}
+
+// Moves the world to the shot's time and draws it.
 Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
-  using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   SINEW_CHECKED(stage.world.set_time(shot.time));
   const ScenePose& pose = stage.world.pose();
@@ -92,14 +141,17 @@ Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
   FrameRecord record;
   record.shot = shot;
   record.update_ms = stage.world.stats().update_ms;
-  RenderSettings settings = stage.job.settings;
-  settings.transparent |= stage.job.background.has_value();
-  record.stats = render_frame(stage.world, stage.scene, pose, stage.camera.view(stage.scene, pose),
-                              settings, *stage.scratch, stage.radiance);
-  tonemap(stage.radiance, settings.exposure, stage.picture);
-  if (stage.job.background) lay_under(stage.picture, *stage.job.background);
-  record.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  stage.view = stage.camera.view(stage.scene, pose);
+  draw_picture(stage, start, record);
+  record.total_ms = ms_since(start);
   return record;
+}
+
+// What a picture of one view says about itself.
+ImageMetadata about_view(const ViewRecord& record) {
+  if (!record.steps) return {};
+  return {{"TraversalSteps", fmt::format("mean {:.2f}, largest {}; brightest colour: {}",
+                                         record.steps->mean, record.steps->largest, record.scale)}};
 }
 
 ImageMetadata about(const RenderJob& job, const std::string& clip) {
@@ -115,7 +167,7 @@ Result<void> draw_all(Stage& stage, const std::vector<Shot>& shots, RenderReport
   movie.fps = report.fps;
   const ImageSize size{job.settings.width, job.settings.height};
   SINEW_TRY(FrameOutput output,
-            FrameOutput::open(job.output, size, movie, about(job, report.clip)));
+            FrameOutput::open(job.output, size, movie, job.layers, about(job, report.clip)));
   ContactSheet sheet(size, shots.size());
   Progress progress(job.progress, shots.size());
   size_t done = 0;
@@ -127,7 +179,8 @@ Result<void> draw_all(Stage& stage, const std::vector<Shot>& shots, RenderReport
   for (const Shot& shot : shots) {
     SINEW_TRY(const FrameRecord record, draw(stage, shot));
     const Uninterrupted writing;
-    SINEW_CHECKED(output.add(stage.picture, shot));
+    SINEW_CHECKED(output.add(
+        {shot, stage.view, stage.picture, stage.radiance, stage.layers, about_view(record.view)}));
     if (!job.contact_sheet.empty()) sheet.add(done, stage.picture);
     report.frames.push_back(record);
     ++done;

@@ -9,6 +9,7 @@
 #include "app/output_name.h"
 #include "app/progress.h"
 #include "app/values.h"
+#include "app/view_choice.h"
 #include "sinew/base/error.h"
 #include "sinew/io/load.h"
 #include "sinew/io/movie.h"
@@ -26,11 +27,14 @@ struct RenderJob {
   std::vector<std::string> hide;  // patterns of object names
   CameraChoice camera;
   RenderSettings settings;
+  bool progressive = false;       // refine frames in which nothing moves
   std::optional<Rgb> background;  // lies behind everything in the finished picture
   int threads = 0;                // 0: all
+  ViewChoice view;
+  LayerChoice layers;  // of .exr
   OutputName output;
   MovieOptions movie;
-  bool skip_existing = false;  // PNG sequences: leave the frames that are there
+  bool skip_existing = false;  // sequences: leave the frames that are there
   std::string contact_sheet;   // empty: none
   std::string json;            // empty: none
   ProgressMode progress = ProgressMode::automatic;

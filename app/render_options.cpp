@@ -29,6 +29,7 @@ constexpr const char* kExamples =
 struct Flags {
   RenderJob job;
   std::string output, format, frames, size = "800x600", camera, background, memory, mode, update;
+  std::string view = "shaded", layers;
   bool no_shadows = false;
   std::string progress = "auto";
 };
@@ -47,24 +48,28 @@ void add_frame_options(CLI::App& app, Flags& flags) {
       ->check(number_in(0.001, 1000.0))
       ->group(kGroup);
   app.add_flag("--skip-existing", flags.job.skip_existing,
-               "Leave the .png frames that are there already")
+               "Leave the .png or .exr frames that are there already")
       ->group(kGroup);
 }
 
 void add_output_options(CLI::App& app, Flags& flags) {
   constexpr const char* kGroup = "Output";
   app.add_option("-o,--output", flags.output,
-                 "out_####.png, out_%04d.png, out_{frame:04}.png, out.webp, or - for "
+                 "out_####.png, out_%04d.png, out_{frame:04}.exr, out.webp, out.mp4, or - for "
                  "standard output")
       ->required()
       ->group(kGroup);
-  app.add_option("--format", flags.format, "png or webp, whatever the name says")
-      ->check(CLI::IsMember({"png", "webp"}))
+  app.add_option("--format", flags.format, "png, exr, webp or mp4, whatever the name says")
+      ->check(CLI::IsMember({"png", "exr", "webp", "mp4"}))
       ->group(kGroup);
-  app.add_option("--quality", flags.job.movie.quality, "Of .webp, 0 to 100 (default: 85)")
+  app.add_option("--quality", flags.job.movie.quality, "Of .webp and .mp4, 0 to 100 (default: 85)")
       ->check(number_in(0.0, 100.0))
       ->group(kGroup);
   app.add_flag("--lossless", flags.job.movie.lossless, "Make the .webp exact, and larger")
+      ->group(kGroup);
+  app.add_option("--layers", flags.layers,
+                 "Of .exr: color, depth, normal, object, primitive, traversal with commas between "
+                 "them (default: all)")
       ->group(kGroup);
   app.add_option("--contact-sheet", flags.job.contact_sheet,
                  "Also write small copies of up to 20 frames to this .png")
@@ -92,6 +97,10 @@ void add_picture_options(CLI::App& app, Flags& flags) {
   app.add_option("--reflections", settings.reflections, "Mirror bounces, 0 to 16 (default: 1)")
       ->check(number_in(0, 16))
       ->group(kGroup);
+  app.add_option("--refractions", settings.refractions,
+                 "Transmissive surfaces that a ray goes through, 0 to 32 (default: 8)")
+      ->check(number_in(0, 32))
+      ->group(kGroup);
   app.add_option("--ao", settings.ambient_rays,
                  "Ambient occlusion rays a hit (default: 0, no occlusion)")
       ->check(number_in(0, 4096))
@@ -116,7 +125,30 @@ void add_picture_options(CLI::App& app, Flags& flags) {
   app.add_option("--background", flags.background, "A plain colour behind everything: 3a6ea5")
       ->excludes(transparent)
       ->group(kGroup);
+  app.add_option("--view", flags.view,
+                 "shaded, heatmap[=STEPS] (what each camera ray cost the hierarchy; STEPS is the "
+                 "brightest), boxes=LEVEL (of the hierarchy, over the picture), normals, depth or "
+                 "objects (default: shaded)")
+      ->group(kGroup);
   app.add_option("--seed", settings.seed, "Of the sampling pattern (default: 0)")->group(kGroup);
+}
+
+// Larsson and Akenine-Moller's ways to interactive rates.
+void add_speed_options(CLI::App& app, Flags& flags) {
+  constexpr const char* kGroup = "Interactive rates";
+  RenderSettings& settings = flags.job.settings;
+  app.add_option("--subsample", settings.subsampling,
+                 "Draw one pixel of every N x N and interpolate, 1 to 64 (default: 1)")
+      ->check(number_in(1, 64))
+      ->group(kGroup);
+  app.add_option("--time-budget", settings.time_budget_ms,
+                 "Milliseconds a frame may take; rays it has no time for are left out, secondary "
+                 "ones first (default: 0, no limit)")
+      ->check(number_in(0.0, 1e6))
+      ->group(kGroup);
+  app.add_flag("--progressive", flags.job.progressive,
+               "Where nothing moves from one frame to the next, refine the picture")
+      ->group(kGroup);
 }
 
 void add_engine_options(CLI::App& app, Flags& flags) {
@@ -157,15 +189,51 @@ Result<void> check_engine(const Flags& flags) {
   return check("--update", flags.update, {"auto", "full"}, {"hybrid", "lazy", "local"});
 }
 
-Result<void> read_output(const Flags& flags, RenderJob& job) {
-  SINEW_TRY(job.output, parse_output_name(flags.output, flags.format));
+// What each format cannot hold.
+Result<void> check_format(const Flags& flags, const RenderJob& job) {
+  const RenderSettings& settings = job.settings;
   const bool webp = job.output.format == OutputFormat::webp;
-  if (webp && std::max(job.settings.width, job.settings.height) > kMaxWebpSide) {
+  const bool mp4 = job.output.format == OutputFormat::mp4;
+  const bool exr = job.output.format == OutputFormat::exr;
+  if (webp && std::max(settings.width, settings.height) > kMaxWebpSide) {
     return usage(fmt::format("a .webp has at most {} pixels a side", kMaxWebpSide),
                  "choose a smaller --size, or .png");
   }
-  if (job.skip_existing && (webp || job.output.is_stdout() || !job.contact_sheet.empty())) {
-    return usage("--skip-existing works for .png files without a contact sheet only",
+  if (mp4 && (settings.width % 2 != 0 || settings.height % 2 != 0)) {
+    return usage(fmt::format("an .mp4 cannot have {} x {} pixels, for its colours come in squares "
+                             "of 2 x 2",
+                             settings.width, settings.height),
+                 "choose an even --size, or .webp");
+  }
+  if (mp4 && (settings.transparent || job.movie.lossless)) {
+    return usage(
+        fmt::format("an .mp4 cannot be {}", settings.transparent ? "transparent" : "lossless"),
+        "use .webp or .png");
+  }
+  if (mp4 && job.output.is_stdout()) {
+    return usage("an .mp4 cannot go to standard output, for its beginning is written last",
+                 "give a file name, or use --format webp");
+  }
+  if (exr && job.view.view != View::shaded) {
+    return usage("an .exr holds light and layers, not a --view of them",
+                 "use .png, or --layers to choose layers");
+  }
+  if (exr && job.background) {
+    return usage("a --background is a colour of finished pictures, which an .exr is not",
+                 "use --transparent and lay the colour under it later");
+  }
+  if (!exr && !flags.layers.empty()) {
+    return usage("only .exr files have --layers", "use -o out_####.exr");
+  }
+  return {};
+}
+
+Result<void> read_output(const Flags& flags, RenderJob& job) {
+  SINEW_TRY(job.output, parse_output_name(flags.output, flags.format));
+  const bool movie = is_movie(job.output.format);
+  SINEW_CHECKED(check_format(flags, job));
+  if (job.skip_existing && (movie || job.output.is_stdout() || !job.contact_sheet.empty())) {
+    return usage("--skip-existing works for .png and .exr files without a contact sheet only",
                  "leave it out");
   }
   if (!job.contact_sheet.empty()) {
@@ -181,10 +249,20 @@ Result<void> read_output(const Flags& flags, RenderJob& job) {
   return {};
 }
 
-// Linear radiance, the finished picture, and its compressed form at worst.
-Result<void> check_memory(const ImageSize& size, uint64_t limit) {
-  constexpr uint64_t kBytesPerPixel = 16 + 4 + 4;
-  const uint64_t bytes = kBytesPerPixel * size.width * size.height;
+// Linear radiance, the finished picture, and its compressed form at worst. With layers their hits,
+// themselves, and what an .exr holds twice; what refinement adds up; with a time budget all rays of
+// a picture at once.
+Result<void> check_memory(const RenderJob& job) {
+  const RenderSettings& size = job.settings;
+  const uint64_t limit = job.load.memory_limit, pixels = uint64_t{size.width} * size.height;
+  const bool layers = job.output.format == OutputFormat::exr || job.view.view != View::shaded;
+  uint64_t bytes = (16 + 4 + 4) * pixels;
+  if (layers) bytes += (16 + 28 + 8 + 2 * 38) * pixels;
+  if (job.progressive) bytes += 2 * 16 * pixels;
+  if (size.time_budget_ms > 0.0) {
+    constexpr uint64_t kBytesPerRay = 600;
+    bytes += kBytesPerRay * pixels / (uint64_t{size.subsampling} * size.subsampling);
+  }
   if (bytes <= limit) return {};
   return usage(fmt::format("pictures of {} x {} pixels need {} MB, and --memory-limit allows {} MB",
                            size.width, size.height, (bytes >> 20) + 1, limit >> 20),
@@ -207,8 +285,16 @@ Result<RenderJob> read(const Flags& flags) {
   if (!flags.memory.empty()) {
     SINEW_TRY(job.load.memory_limit, parse_bytes(flags.memory));
   }
-  SINEW_CHECKED(check_memory(size, job.load.memory_limit));
+  SINEW_TRY(job.view, parse_view(flags.view));
+  if (!flags.layers.empty()) {
+    SINEW_TRY(job.layers, parse_layers(flags.layers));
+  }
+  if (job.settings.time_budget_ms > 0.0 && job.settings.samples > 1 && !job.progressive) {
+    return usage("a frame with --time-budget draws one sample a pixel, --samples asks for more",
+                 "leave --samples out, or add --progressive, which uses them where nothing moves");
+  }
   SINEW_CHECKED(read_output(flags, job));
+  SINEW_CHECKED(check_memory(job));
   if (flags.progress == "json") job.progress = ProgressMode::json;
   if (flags.progress == "none") job.progress = ProgressMode::none;
   return job;
@@ -223,6 +309,7 @@ Run define_render(CLI::App& app) {
   add_output_options(app, flags);
   add_frame_options(app, flags);
   add_picture_options(app, flags);
+  add_speed_options(app, flags);
   add_engine_options(app, flags);
   return []() -> Result<int> {
     SINEW_TRY(const RenderJob job, read(flags));

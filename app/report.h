@@ -6,6 +6,7 @@
 
 #include "app/frame_output.h"
 #include "app/frames.h"
+#include "app/view_choice.h"
 #include "sinew/render/frame.h"
 
 namespace sinew::app {
@@ -15,6 +16,7 @@ struct FrameRecord {
   double update_ms = 0.0;
   double total_ms = 0.0;  // from the new time to the finished 8-bit picture
   FrameStats stats;
+  ViewRecord view;
 };
 
 struct RenderReport {

@@ -57,6 +57,19 @@ struct QueryOptions {
 void closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
                   const QueryOptions& options = {});
 
+// What one ray cost.
+struct TraversalCounts {
+  uint32_t nodes = 0;    // whose eight boxes were tested, of the top tree too
+  uint32_t packets = 0;  // of four triangles, tested
+
+  uint32_t steps() const { return nodes + packets; }
+};
+static_assert(sizeof(TraversalCounts) == 8);
+
+// closest_hits, the same hits, that also says what each ray cost. Slower by the counting.
+void count_closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
+                        std::span<TraversalCounts> counts, const QueryOptions& options = {});
+
 // hit[i] = 1 if rays[i] meets anything, else 0. Sizes must agree.
 void any_hits(const SceneView& scene, std::span<const Ray> rays, std::span<uint8_t> hit,
               const QueryOptions& options = {});

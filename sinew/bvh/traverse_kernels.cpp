@@ -158,12 +158,25 @@ struct StackEntry {
 // Two-level traversal: instances hang below top nodes, so both levels share one stack.
 constexpr size_t kStackSize = 2 * kMaxDepth * (kWidth - 1) + 2;
 
+// What a ray meets on its way is counted by policy, so that queries which count nothing hold no
+// trace of it.
+struct CountNothing {
+  void node() {}
+  void packet() {}
+};
+struct CountSteps {
+  TraversalCounts& counts;
+  void node() { ++counts.nodes; }
+  void packet() { ++counts.packets; }
+};
+
 // One ray of a query. kAny stops at the first accepted hit.
-template <bool kAny>
+template <bool kAny, class Counter = CountNothing>
 class Traversal {
  public:
-  Traversal(const SceneView& scene, const QueryOptions& options, const Ray& ray, uint32_t index)
-      : scene_(scene), options_(options), ray_(ray), index_(index) {
+  Traversal(const SceneView& scene, const QueryOptions& options, const Ray& ray, uint32_t index,
+            Counter counter = {})
+      : scene_(scene), options_(options), ray_(ray), index_(index), counter_(counter) {
     best_.t = ray.t_max;
   }
 
@@ -194,6 +207,7 @@ class Traversal {
         if (leaf(word, top)) return true;
       } else {
         const Node8& node = nodes[word];
+        counter_.node();
         uint32_t bits = test_boxes(node, setup, ray_.t_min, best_.t, entry);
         if (bits != 0) {
           word = push_all_but_nearest(node, entry, bits, top);
@@ -265,6 +279,7 @@ class Traversal {
   HWY_INLINE bool visit_packet(const Instance& instance, const TrianglePacket& packet,
                                const RaySetup& setup) {
     PacketHits hits;
+    counter_.packet();
     test_packet(packet, setup, ray_.t_min, best_.t, side_, hits);
     for (uint32_t bits = hits.bits; bits != 0; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits);
@@ -292,6 +307,7 @@ class Traversal {
   const QueryOptions& options_;
   const Ray ray_;
   const uint32_t index_;
+  [[no_unique_address]] Counter counter_;
   Hit best_;
   float side_ = 0.0f;
   StackEntry stack_[kStackSize];
@@ -303,6 +319,17 @@ void closest_hits_kernel(const SceneView& scene, const Ray* rays, Hit* hits, siz
     hits[i] =
         Traversal<false>(scene, options, rays[i], options.first_ray + static_cast<uint32_t>(i))
             .run();
+  }
+}
+
+void count_closest_hits_kernel(const SceneView& scene, const Ray* rays, Hit* hits,
+                               TraversalCounts* counts, size_t count, const QueryOptions& options) {
+  for (size_t i = 0; i < count; ++i) {
+    counts[i] = {};
+    hits[i] = Traversal<false, CountSteps>(scene, options, rays[i],
+                                           options.first_ray + static_cast<uint32_t>(i),
+                                           CountSteps{counts[i]})
+                  .run();
   }
 }
 
@@ -327,6 +354,7 @@ HWY_AFTER_NAMESPACE();
 namespace sinew {
 
 HWY_EXPORT(closest_hits_kernel);
+HWY_EXPORT(count_closest_hits_kernel);
 HWY_EXPORT(any_hits_kernel);
 HWY_EXPORT(target_name);
 
@@ -335,6 +363,13 @@ void closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<H
   SINEW_CHECK(rays.size() == hits.size());
   HWY_DYNAMIC_DISPATCH(closest_hits_kernel)
   (scene, rays.data(), hits.data(), rays.size(), options);
+}
+
+void count_closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
+                        std::span<TraversalCounts> counts, const QueryOptions& options) {
+  SINEW_CHECK(rays.size() == hits.size() && rays.size() == counts.size());
+  HWY_DYNAMIC_DISPATCH(count_closest_hits_kernel)
+  (scene, rays.data(), hits.data(), counts.data(), rays.size(), options);
 }
 
 void any_hits(const SceneView& scene, std::span<const Ray> rays, std::span<uint8_t> hit,

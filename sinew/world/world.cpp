@@ -226,6 +226,19 @@ void World::any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
   });
 }
 
+void World::count_closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
+                               std::span<TraversalCounts> counts,
+                               const QueryOptions& options) const {
+  SINEW_CHECK(rays.size() == hits.size() && rays.size() == counts.size());
+  parallel_for(rays.size(), kRaysPerTask, [&](size_t begin, size_t end) {
+    QueryOptions part = options;
+    part.first_ray += static_cast<uint32_t>(begin);
+    sinew::count_closest_hits(impl_->view(), rays.subspan(begin, end - begin),
+                              hits.subspan(begin, end - begin), counts.subspan(begin, end - begin),
+                              part);
+  });
+}
+
 Box World::box() const {
   return impl_->box;
 }

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "sinew/base/error.h"
 #include "sinew/bvh/build.h"
@@ -26,7 +27,7 @@ struct BodyDesc {
   std::span<const uvec3> triangles;
   Motion motion;    // views must outlive the world
   Pose build_pose;  // the pose for which the tree is built; if it is not present, at rest
-  BuildConfig build;
+  BuildConfig build{};
 };
 
 struct ObjectDesc {
@@ -40,6 +41,12 @@ struct UpdateStats {
   double update_ms = 0.0;  // of the last commit
   uint64_t triangles_updated = 0;
   uint32_t objects_present = 0;
+};
+
+// A box of the hierarchy.
+struct TreeBox {
+  Box box;                      // in the object's space, or the world's
+  uint32_t object = kNoObject;  // kNoObject: it belongs to the top tree
 };
 
 class World {
@@ -73,6 +80,15 @@ class World {
                     const QueryOptions& options = {}) const;
   void any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
                 const QueryOptions& options = {}) const;
+  // closest_hits that also counts what each ray cost.
+  void count_closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
+                          std::span<TraversalCounts> counts,
+                          const QueryOptions& options = {}) const;
+
+  // The boxes of the hierarchy `level` steps below the root, which is level 0, and those of leaves
+  // that end sooner: together they hold every present object. An object's whole box counts as one
+  // box, at the level where it hangs in the top tree.
+  std::vector<TreeBox> boxes(uint32_t level) const;
 
   Box box() const;                                         // of all present objects, world space
   std::span<const vec3> positions(ObjectId object) const;  // of its vertices, in object space
@@ -89,7 +105,7 @@ class World {
 
 struct PrepareOptions {
   std::string clip;  // name or index; empty: the first clip if there is one; "rest": none
-  BuildConfig build;
+  BuildConfig build{};
 };
 
 // Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.

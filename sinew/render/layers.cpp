@@ -1,0 +1,108 @@
+#include "sinew/render/layers.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "sinew/base/check.h"
+#include "sinew/base/parallel.h"
+#include "sinew/render/gbuffer.h"
+#include "sinew/render/ray_filter.h"
+
+namespace sinew {
+namespace {
+
+constexpr size_t kRaysPerChunk = 256;
+
+struct Pass {
+  const World& world;
+  const Scene& scene;
+  const CameraView& camera;
+  CameraRays camera_rays;
+  const LayerChoice& choice;
+  LayerScratch& scratch;
+  FrameLayers& out;
+  bool filtered;
+
+  Ray ray(size_t pixel) const {
+    return camera_rays(static_cast<float>(pixel % out.width) + 0.5f,
+                       static_cast<float>(pixel / out.width) + 0.5f);
+  }
+};
+
+// Hits of the pixels [begin, end), at most kRaysPerChunk, and what each ray cost.
+void trace(const Pass& pass, size_t begin, size_t end) {
+  std::array<Ray, kRaysPerChunk> rays;
+  const size_t count = end - begin;
+  for (size_t i = 0; i < count; ++i) rays[i] = pass.ray(begin + i);
+  const FilterContext filter{&pass.world, &pass.scene, rays.data(), nullptr};
+  QueryOptions options{.facing = Facing::front};
+  if (pass.filtered) options.filter = visible_filter(filter);
+  const std::span<Hit> hits(pass.scratch.hits.data() + begin, count);
+  if (!pass.choice.traversal) {
+    pass.world.closest_hits({rays.data(), count}, hits, options);
+    return;
+  }
+  std::array<TraversalCounts, kRaysPerChunk> counts;
+  pass.world.count_closest_hits({rays.data(), count}, hits, {counts.data(), count}, options);
+  for (size_t i = 0; i < count; ++i) pass.out.traversal[begin + i] = counts[i].steps();
+}
+
+void store_hits(const Pass& pass, size_t begin, size_t end) {
+  const vec3 axis = -pass.camera.to_world[2];
+  for (size_t i = begin; i < end; ++i) {
+    const Hit& hit = pass.scratch.hits[i];
+    if (pass.choice.object) pass.out.object[i] = hit.object;
+    if (pass.choice.primitive) pass.out.primitive[i] = hit ? hit.primitive : kNoObject;
+    if (pass.choice.depth) {
+      pass.out.depth[i] =
+          hit ? hit.t * dot(pass.ray(i).direction, axis) : std::numeric_limits<float>::infinity();
+    }
+    if (pass.choice.normal && hit) pass.scratch.attributes.touch(hit.object);
+  }
+}
+
+void store_normals(const Pass& pass, size_t begin, size_t end) {
+  Surface surface;
+  for (size_t i = begin; i < end; ++i) {
+    const Hit& hit = pass.scratch.hits[i];
+    if (hit) {
+      resolve_surface(pass.scene, pass.scratch.attributes.of(hit.object), pass.ray(i), hit,
+                      surface);
+    }
+    pass.out.normal[i] = hit ? surface.normal : vec3(0.0f);
+  }
+}
+
+}  // namespace
+
+void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
+                  const CameraView& camera, uint32_t width, uint32_t height,
+                  const LayerChoice& choice, LayerScratch& scratch, FrameLayers& out) {
+  SINEW_CHECK(width > 0 && height > 0 && uint64_t{width} * height < (uint64_t{1} << 32));
+  SINEW_CHECK(pose.objects.size() == scene.objects.size());
+  const size_t pixels = size_t{width} * height;
+  out.width = width;
+  out.height = height;
+  out.depth.resize(choice.depth ? pixels : 0);
+  out.normal.resize(choice.normal ? pixels : 0);
+  out.object.resize(choice.object ? pixels : 0);
+  out.primitive.resize(choice.primitive ? pixels : 0);
+  out.traversal.resize(choice.traversal ? pixels : 0);
+  if (!choice.any_traced()) return;
+  scratch.hits.resize(pixels);
+  if (choice.normal) scratch.attributes.begin_frame(world, scene, pose, pixels);
+
+  const Pass pass{world,  scene,   camera, CameraRays(camera, width, height),
+                  choice, scratch, out,    needs_filter(scene)};
+  parallel_for(pixels, kRaysPerChunk, [&](size_t begin, size_t end) {
+    trace(pass, begin, end);
+    store_hits(pass, begin, end);
+  });
+  if (!choice.normal) return;
+  scratch.attributes.refresh();
+  parallel_for(pixels, kRaysPerChunk,
+               [&](size_t begin, size_t end) { store_normals(pass, begin, end); });
+}
+
+}  // namespace sinew
