@@ -172,6 +172,29 @@ TEST_F(AffHostile, BracesThatDoNotMatch) {
   expect_error(std::string("\x01\xff\x00z", 4), "no statement");
 }
 
+TEST_F(AffHostile, KeysThatMoveTooMuch) {
+  std::string text;
+  for (int i = 0; i < 2000; ++i) text += "x n { }\n";
+  text += "k n { transl 2000\n";
+  for (int i = 0; i < 2000; ++i) text += std::to_string(i) + " 0 0 0 0 0 0\n";
+  const Result<Scene> scene = load(text + "}", {.memory_limit = 100 << 20});
+  ASSERT_FALSE(scene);
+  EXPECT_NE(scene.error().message().find("keyframes \"n\""), std::string::npos);
+}
+
+TEST_F(AffHostile, WarningsDoNotPileUp) {
+  std::string text;
+  for (int i = 0; i < 1000; ++i) text += "k n" + std::to_string(i) + " { visibility 1 0 1 }\n";
+  const Result<Scene> scene = load(text);
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_LE(scene->warnings.size(), 200u);
+  text.clear();
+  for (int i = 0; i < 1000; ++i) {
+    text += "tt " + std::to_string(i) + ".ppm 0 0 0 0 1 1 0 0 1 1 0 1 0 1 0\n";
+  }
+  expect_error(text, "missing");
+}
+
 TEST_F(AffHostile, TheMemoryLimitHolds) {
   std::string text;
   for (int i = 0; i < 1000; ++i) text += "s 0 0 0 1\n";

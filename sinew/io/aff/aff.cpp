@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <charconv>
 #include <filesystem>
-#include <map>
+#include <functional>
+#include <set>
+#include <unordered_map>
 #include <utility>
 
 #include "sinew/io/aff/reader.h"
@@ -17,6 +19,16 @@ namespace {
 using namespace aff;
 
 constexpr uint64_t kBytesPerSplitTriangle = 200;  // with edges, while it is made, without keys
+
+size_t content_hash(const Mesh& mesh) {
+  const auto hash = [](const auto& values) {
+    return std::hash<std::string_view>()(
+        {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(values[0])});
+  };
+  size_t result = hash(mesh.positions) * 31 + hash(mesh.triangles);
+  for (const MeshPart& part : mesh.parts) result = result * 31 + part.material;
+  return result;
+}
 
 bool is_same(const Mesh& a, const Mesh& b) {
   const auto same_parts = [](const MeshPart& p, const MeshPart& q) {
@@ -43,7 +55,7 @@ class Assembler {
       return fail({ErrorKind::usage, path_, "complexity=" + std::to_string(aff_.complexity),
                    "there are no animated triangles (tpa)", "leave complexity out"});
     }
-    add_keyframes();
+    SINEW_CHECKED(add_keyframes());
     set_timing();
     list_objects(scene_);
     return {};
@@ -54,16 +66,16 @@ class Assembler {
     if (object.mesh.triangle_count() == 0) return;
     Mesh mesh = object.mesh.take();
     mesh.name = object.name;
-    std::vector<uint32_t>& same_name = meshes_by_name_[object.name];
+    std::vector<uint32_t>& similar = meshes_by_content_[content_hash(mesh)];
     const auto same = std::ranges::find_if(
-        same_name, [&](uint32_t index) { return is_same(scene_.meshes[index], mesh); });
-    if (same != same_name.end()) {
+        similar, [&](uint32_t index) { return is_same(scene_.meshes[index], mesh); });
+    if (same != similar.end()) {
       add_node(object, *same);
       return;
     }
-    same_name.push_back(static_cast<uint32_t>(scene_.meshes.size()));
+    similar.push_back(static_cast<uint32_t>(scene_.meshes.size()));
     scene_.meshes.push_back(std::move(mesh));
-    add_node(object, same_name.back());
+    add_node(object, similar.back());
   }
 
   Result<void> add_animated(Object& object) {
@@ -123,22 +135,30 @@ class Assembler {
     return static_cast<uint32_t>(scene_.nodes.size() - 1);
   }
 
-  void add_keyframes() {
-    std::map<std::string, bool> used;
+  Result<void> add_keyframes() {
+    std::set<std::string_view> used;
+    uint64_t values = 0;
     for (const NamedNode& named : content_.named_nodes) {
       const auto found = content_.keyframes.find(named.name);
       if (found == content_.keyframes.end()) continue;
-      used[named.name] = true;
+      used.insert(named.name);
       for (Channel channel : found->second.channels) {
+        values += channel.times.size() + channel.values.size();
+        if (values * sizeof(float) > options_.memory_limit) {
+          return fail({ErrorKind::bad_input, path_, "keyframes \"" + printable(named.name) + '"',
+                       "they move so many transforms that they take more than the memory limit",
+                       "raise the memory limit"});
+        }
         channel.node = named.node;
         channels_.push_back(std::move(channel));
       }
     }
     for (const auto& [name, keys] : content_.keyframes) {
-      if (used.contains(name)) continue;
+      if (used.contains(name) || scene_.warnings.size() >= kMostWarnings) continue;
       scene_.warnings.push_back(fmt::format(
           "keyframes \"{}\" move nothing: there is no such transform", printable(name)));
     }
+    return {};
   }
 
   void set_timing() {
@@ -168,7 +188,7 @@ class Assembler {
   const std::string& path_;
   const AffOptions& aff_;
   const LoadOptions& options_;
-  std::map<std::string, std::vector<uint32_t>> meshes_by_name_;
+  std::unordered_map<size_t, std::vector<uint32_t>> meshes_by_content_;  // indices
   std::vector<Channel> channels_;
   bool has_animated_ = false;
 };

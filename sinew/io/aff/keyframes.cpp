@@ -16,7 +16,7 @@ template <class Key>
 void warn_of_time_going_back(const std::vector<Key>& keys, const Words& words,
                              std::vector<std::string>& warnings) {
   const auto back = std::ranges::adjacent_find(keys, std::ranges::greater{}, &Key::time);
-  if (back == keys.end()) return;
+  if (back == keys.end() || warnings.size() >= kMostWarnings) return;
   warnings.push_back(fmt::format(
       "{}: keys before line {}: time goes back from {} to {}: what is before {} is passed over",
       words.path(), words.line(), back->time, (back + 1)->time, back->time));
@@ -114,7 +114,6 @@ Result<Channel> read_motion(Words& words, std::vector<std::string>& warnings) {
 
 Result<Keyframes> read_keyframes(Words& words, std::vector<std::string>& warnings) {
   Keyframes result;
-  result.line = words.line();
   SINEW_TRY(result.name, words.name("the name of a transform"));
   SINEW_CHECKED(words.expect("{"));
   while (!words.next_is("}")) {

@@ -13,7 +13,6 @@ namespace sinew::aff {
 struct Keyframes {
   std::string name;               // of the transforms that it moves
   std::vector<Channel> channels;  // at most one a path; their node is not set
-  uint64_t line = 0;              // of the statement
 };
 
 // Reads what follows `k`. Keys that go back in time are named in `warnings`.

@@ -83,11 +83,10 @@ Materials::Materials(Scene& scene, const std::filesystem::path& folder, uint64_t
       textures_(texture_folder(folder)),
       memory_limit_(memory_limit) {}
 
-Result<uint32_t> Materials::use(const std::string& texture, const std::string& file,
-                                uint64_t line) {
+Result<uint32_t> Materials::use(const std::string& texture, const Words& words) {
   int32_t found = -1;
   if (!texture.empty()) {
-    SINEW_TRY(found, image(texture, file, line));
+    SINEW_TRY(found, image(texture, words));
   }
   const auto [entry, added] = materials_.try_emplace(
       values_of(fill_, found), static_cast<uint32_t>(scene_.materials.size()));
@@ -110,11 +109,11 @@ void Materials::set_ambient_light(vec3 light) {
   scene_.environment.ambient = vec3(0.0f);
 }
 
-Result<int32_t> Materials::image(const std::string& name, const std::string& file, uint64_t line) {
+Result<int32_t> Materials::image(const std::string& name, const Words& words) {
   if (const auto known = names_.find(name); known != names_.end()) return known->second;
   const auto error = [&](std::string problem, std::string remedy) {
-    return fail({ErrorKind::bad_input, file, "line " + std::to_string(line),
-                 "texture \"" + name + "\" " + std::move(problem), std::move(remedy)});
+    return words.error("texture \"" + printable(name) + "\" " + std::move(problem),
+                       std::move(remedy));
   };
   const auto own = within_folder(folder_, name), shared = within_folder(textures_, name);
   if (!own && !shared) {
@@ -123,8 +122,12 @@ Result<int32_t> Materials::image(const std::string& name, const std::string& fil
   std::error_code ignored;
   const bool beside = own && std::filesystem::exists(*own, ignored);
   if (!beside && !(shared && std::filesystem::exists(*shared, ignored))) {
-    scene_.warnings.push_back(file + ": line " + std::to_string(line) + ": texture \"" + name +
-                              "\" is missing");
+    if (scene_.warnings.size() >= kMostWarnings) {
+      return error("is missing, as many others are",
+                   "put them into " + std::string(kTextureFolder));
+    }
+    scene_.warnings.push_back(words.path() + ": line " + std::to_string(words.line()) +
+                              ": texture \"" + printable(name) + "\" is missing");
     return names_[name] = -1;
   }
   const std::string path = beside ? own->string() : shared->string();

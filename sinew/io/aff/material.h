@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sinew/base/error.h"
+#include "sinew/io/aff/text.h"
 #include "sinew/io/load.h"
 #include "sinew/scene/scene.h"
 
@@ -31,14 +32,14 @@ class Materials {
   Materials(Scene& scene, const std::filesystem::path& folder, uint64_t memory_limit);
 
   void set_fill(const Fill& fill) { fill_ = fill; }
-  // The material of the fill with that texture ("": none); `file` and `element` stand in errors.
-  Result<uint32_t> use(const std::string& texture, const std::string& file, uint64_t line);
+  // The material of the fill with that texture ("": none); `words` say where, for errors.
+  Result<uint32_t> use(const std::string& texture, const Words& words);
   // To be called at the end: `light` is the ambient light, which may come after its materials.
   void set_ambient_light(vec3 light);
 
  private:
   // The image's index, -1 if it is missing.
-  Result<int32_t> image(const std::string& name, const std::string& file, uint64_t line);
+  Result<int32_t> image(const std::string& name, const Words& words);
 
   Scene& scene_;
   const std::filesystem::path folder_;    // canonical, of the top file

@@ -14,6 +14,7 @@ namespace {
 // Bytes of a Mesh and of what building it takes.
 constexpr uint64_t kBytesPerPosition = 2 * sizeof(vec3);
 constexpr uint64_t kBytesPerTriangle = 3 * (sizeof(vec3) + sizeof(vec2)) + 100;
+constexpr uint64_t kBytesPerMaterial = 2 * sizeof(Material) + sizeof(Fill) + 300;
 constexpr uint32_t kMostTimes = 1 << 16;
 
 constexpr std::array<uvec3, 1> kOneTriangle = {uvec3(0, 1, 2)};
@@ -57,11 +58,19 @@ Result<bool> Reader::read_primitive(std::string_view statement, Words& words) {
   return done.map([] { return true; });
 }
 
+Result<uint32_t> Reader::use_material(const std::string& texture, const Words& words) {
+  const size_t before = scene_.materials.size();
+  SINEW_TRY(const uint32_t material, materials_.use(texture, words));
+  const size_t added = scene_.materials.size() - before;
+  SINEW_CHECKED(charge(added * (kBytesPerMaterial + texture.size()), words));
+  return material;
+}
+
 Result<void> Reader::add(Primitive primitive, const std::string& texture, const Words& words) {
   SINEW_CHECKED(charge(kBytesPerPosition * primitive.positions.size() +
                            kBytesPerTriangle * primitive.triangles.size(),
                        words));
-  SINEW_TRY(primitive.material, materials_.use(texture, words.path(), words.line()));
+  SINEW_TRY(primitive.material, use_material(texture, words));
   const Scope& scope = scopes_.back();
   content_.objects[scope.object].mesh.add(primitive, Placement(scope.to_object));
   return {};
@@ -161,7 +170,7 @@ Result<void> Reader::read_animated_triangle(Words& words) {
     }
     flat += are_equal(normals);
   }
-  SINEW_TRY(const uint32_t material, materials_.use("", words.path(), words.line()));
+  SINEW_TRY(const uint32_t material, use_material("", words));
   Object& object = content_.objects[scope.object];
   const auto [entry, added] = object.by_times.try_emplace(times, object.animated.size());
   if (added) object.animated.emplace_back().times = std::move(times);

@@ -80,7 +80,7 @@ Result<void> Reader::read_file(const std::string& file, const std::string& name)
 
 Result<void> Reader::read_statements(Words& words) {
   const size_t outermost = scopes_.size();
-  std::vector<uint64_t> opened;  // lines
+  std::vector<size_t> opened;  // positions
   while (!words.at_end()) {
     const std::string_view statement = words.word();
     if (statement == "}") {
@@ -89,7 +89,7 @@ Result<void> Reader::read_statements(Words& words) {
       opened.pop_back();
       continue;
     }
-    const uint64_t line = words.line();
+    const size_t position = words.position();
     SINEW_TRY(bool known, read_structure(statement, words));
     if (!known) {
       SINEW_TRY(known, read_setting(statement, words));
@@ -100,11 +100,12 @@ Result<void> Reader::read_statements(Words& words) {
     if (!known) {
       return words.error(fmt::format("\"{}\" is no statement of AFF", printable(statement)));
     }
-    if (scopes_.size() > outermost + opened.size()) opened.push_back(line);
+    if (scopes_.size() > outermost + opened.size()) opened.push_back(position);
   }
   if (opened.empty()) return {};
-  return words.error(fmt::format("the file ends within the braces of line {}", opened.back()),
-                     "check that the file is complete");
+  return words.error(
+      fmt::format("the file ends within the braces of line {}", words.line_of(opened.back())),
+      "check that the file is complete");
 }
 
 Result<bool> Reader::read_structure(std::string_view statement, Words& words) {
@@ -221,7 +222,7 @@ glm::dmat4 Reader::to_frame() const {
 
 Result<void> Reader::open_object(std::string name, int32_t frame, const glm::dmat4& to_frame,
                                  const Words& words) {
-  SINEW_CHECKED(charge(sizeof(Object) + sizeof(Mesh) + sizeof(Node), words));
+  SINEW_CHECKED(charge(sizeof(Object) + sizeof(Mesh) + sizeof(Node) + 4 * name.size(), words));
   Object& object = content_.objects.emplace_back();
   object.name = std::move(name);
   object.frame = frame;
@@ -230,7 +231,7 @@ Result<void> Reader::open_object(std::string name, int32_t frame, const glm::dma
 }
 
 Result<uint32_t> Reader::add_node(Node node, const Words& words) {
-  SINEW_CHECKED(charge(2 * sizeof(Node), words));
+  SINEW_CHECKED(charge(2 * sizeof(Node) + 4 * node.name.size(), words));
   scene_.nodes.push_back(std::move(node));
   return static_cast<uint32_t>(scene_.nodes.size() - 1);
 }

@@ -91,6 +91,7 @@ class Reader {
   Result<void> read_animated_triangle(Words& words);
   Result<void> read_mesh(Words& words);
 
+  Result<uint32_t> use_material(const std::string& texture, const Words& words);
   Result<void> add(Primitive primitive, const std::string& texture, const Words& words);
   Result<void> add(const Tessellation& shape, const Words& words);
   Result<void> open_object(std::string name, int32_t frame, const glm::dmat4& to_frame,

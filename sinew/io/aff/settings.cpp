@@ -55,7 +55,7 @@ Result<bool> Reader::read_setting(std::string_view statement, Words& words) {
 Result<void> Reader::read_view(Words& words) {
   vec3 from, at, up;
   double angle = 0.0, hither = 0.0, resolution[2];
-  const uint64_t line = words.line();
+  const size_t position = words.position();
   SINEW_CHECKED(words.expect("from"));
   SINEW_CHECKED(words.vector(from));
   SINEW_CHECKED(words.expect("at"));
@@ -73,7 +73,7 @@ Result<void> Reader::read_view(Words& words) {
   SINEW_CHECKED(words.expect("resolution"));
   SINEW_CHECKED(words.numbers(resolution));
   if (!is_direction(at - from) || !is_direction(up)) {
-    return words.error(fmt::format("the view of line {} has no direction", line),
+    return words.error(fmt::format("the view of line {} has no direction", words.line_of(position)),
                        "let it look at another point than its own");
   }
   if (!scene_.cameras.empty()) {

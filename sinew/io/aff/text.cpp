@@ -68,8 +68,8 @@ std::string_view Words::word() {
   return result;
 }
 
-uint64_t Words::line() const {
-  const auto end = text_.begin() + static_cast<ptrdiff_t>(last_begin_);
+uint64_t Words::line_of(size_t position) const {
+  const auto end = text_.begin() + static_cast<ptrdiff_t>(position);
   return 1 + static_cast<uint64_t>(std::count(text_.begin(), end, '\n'));
 }
 

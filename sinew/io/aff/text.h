@@ -41,7 +41,9 @@ class Words {
   Result<uint32_t> count(std::string_view what, uint64_t numbers_each);
 
   const std::string& path() const { return path_; }
-  uint64_t line() const;  // of the word taken last, from 1
+  size_t position() const { return last_begin_; }  // of the word taken last
+  uint64_t line() const { return line_of(last_begin_); }
+  uint64_t line_of(size_t position) const;  // from 1; reads all the text before it
   // An error at that line.
   tl::unexpected<Error> error(std::string problem, std::string remedy = "") const;
 
@@ -55,6 +57,9 @@ class Words {
   size_t at_ = 0;          // where the next word begins
   size_t last_begin_ = 0;  // where the last one began
 };
+
+// A reader names no more things that it passes over.
+inline constexpr size_t kMostWarnings = 200;
 
 // The start of a word, fit for a message whatever the file holds.
 std::string printable(std::string_view word);
