@@ -112,7 +112,7 @@ constexpr std::array<Coat, kCoats> kCoatColors{{
      {0.36f, 0.135f, 0.045f},
      {0.30f, 0.125f, 0.050f},
      {0.27f, 0.10f, 0.035f},
-     {0.22f, 0.095f, 0.050f}},
+     {0.13f, 0.058f, 0.032f}},
     {"black",
      {0.022f, 0.018f, 0.017f},
      {0.010f, 0.009f, 0.009f},
@@ -197,7 +197,8 @@ std::vector<Mesh> make_horses(uint32_t triangles, uint32_t material) {
   for (uint32_t j = kHorseLegs; j < kHorseJoints; ++j) {
     limbs[j] = static_cast<int8_t>((j - kHorseLegs) / kLegJoints);
   }
-  const FleshBody body(anatomy.flesh, std::move(limbs));
+  // Long muscles: the skin of the flanks gives way gradually.
+  const FleshBody body(anatomy.flesh, std::move(limbs), {0.55f, 0.22f, 0.07f});
   // Flat soles.
   const Field field = [&](vec3 p) { return smooth_max(body.field(p), 0.004f - p.y, 0.012f); };
   ImplicitMeshConfig config;
