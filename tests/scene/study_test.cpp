@@ -184,28 +184,31 @@ TEST(Study, ErrorsNameWhatThereIs) {
   expect("herd,terrain=20000001", {"1000 to 20000000"});
 }
 
-// Values for the parameters that make a scene large.
-std::string small_value(std::string_view scene, std::string_view parameter) {
-  if (scene == "cloth") return parameter == "frames" ? "2" : "800";
-  if (scene == "herd") return parameter == "count" ? "1" : "2000";
-  return {};
+// The scene with a parameter at its fallback and all others small.
+std::string mostly_small(const StudyInfo& info, const StudyParameter& parameter) {
+  std::string spec(info.name);
+  for (const StudyParameter& other : info.parameters) {
+    if (&other == &parameter) continue;
+    const char* small = other.name == "count" || other.name == "frames" ? "2" : "2000";
+    spec.append(",").append(other.name).append("=").append(small);
+  }
+  return spec;
 }
 
 TEST(Study, EveryFallbackAndParameterIsAccepted) {
   ASSERT_EQ(study_scenes().size(), 8u);
   for (const StudyInfo& info : study_scenes()) {
     EXPECT_FALSE(info.summary.empty());
-    for (const StudyParameter& p : info.parameters) {
-      EXPECT_FALSE(p.meaning.empty());
-      std::string without(info.name);
-      for (const StudyParameter& other : info.parameters) {
-        const std::string value = small_value(info.name, other.name);
-        if (&other == &p || value.empty()) continue;
-        without.append(",").append(other.name).append("=").append(value);
-      }
-      const std::string with = without + "," + std::string(p.name) + "=" + std::string(p.fallback);
-      EXPECT_EQ(hash_scene(make(with)), hash_scene(make(without))) << with;
+    for (const StudyParameter& p : info.parameters) EXPECT_FALSE(p.meaning.empty());
+    if (info.name == "cloth" || info.name == "herd") {  // too large to be made whole
+      for (const StudyParameter& p : info.parameters) make(mostly_small(info, p));
+      continue;
     }
+    std::string spec(info.name);
+    for (const StudyParameter& p : info.parameters) {
+      spec.append(",").append(p.name).append("=").append(p.fallback);
+    }
+    EXPECT_EQ(hash_scene(make(spec)), hash_scene(make(std::string(info.name)))) << spec;
   }
 }
 

@@ -14,7 +14,7 @@ constexpr size_t kPointsPerTask = 2048;
 
 // Of what is missing between two points, what one of them makes good in a step: less than half,
 // since a point has about three such partners in the layer beside it.
-constexpr float kShare = 0.2f;
+constexpr float kShare = 0.33f;
 
 // Slots from one cell to the next along y and z. Cells that are neighbours in both never share a
 // slot; cells that do are far apart, so only time is lost.

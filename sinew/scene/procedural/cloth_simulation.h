@@ -30,7 +30,7 @@ struct ClothConfig {
   float ball_radius = 0.6f;
   float clearance = 0.006f;  // between the cloth and what it lies on, metres
 
-  float ball_friction = 0.17f;  // Coulomb's coefficients
+  float ball_friction = 0.14f;  // Coulomb's coefficients
   float ground_friction = 0.9f;
   float cloth_friction = 0.3f;  // share of the sliding of two layers that a step takes away
   float drag = 2.0f;            // share of the speed that air takes away, a second

@@ -115,7 +115,7 @@ void add_cameras(Scene& scene, Clip& clip, uint32_t count) {
     float yfov;
   };
   const std::array<View, 2> views{{
-      {"Beside", {side + 5.0f, 3.1f, front + 6.0f}, {0.0f, 0.9f, front - 7.0f}, 0.62f},
+      {"Beside", {side + 5.0f, 2.5f, front + 6.0f}, {0.0f, 1.2f, front - 7.5f}, 0.52f},
       {"Above", {side + 16.0f, 20.0f, front + 14.0f}, {0.0f, 0.0f, 0.15f * front}, 0.70f},
   }};
   const std::vector<float> times = even_times(kHerdFrames, kSeconds);

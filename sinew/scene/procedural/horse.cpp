@@ -65,8 +65,8 @@ void add_head(Anatomy& a) {
            0.070f},
           0.05f);
     a.add(kSkull, Cover::hide,
-          {mirrored({0.062f, 1.92f, 0.96f}, side), 0.030f, mirrored({0.088f, 2.06f, 0.98f}, side),
-           0.012f},
+          {mirrored({0.062f, 1.92f, 0.96f}, side), 0.036f, mirrored({0.088f, 2.05f, 0.98f}, side),
+           0.020f},
           0.03f);
   }
 }
