@@ -60,7 +60,7 @@ TEST(StudyHerd, StandingHoovesStayWhereTheyAre) {
     const Gallop gallop = herd_gallop(i, kCount);
     for (double time = 0.0; time < kSeconds; time += 0.037) {
       int standing = 0;
-      for (uint32_t leg = 0; leg < kLegs4; ++leg) {
+      for (uint32_t leg = 0; leg < kHorseLegCount; ++leg) {
         const uint32_t joint = horse_leg(leg)[kToes];
         const vec3 at = joint_at(gallop, time, joint);
         const float above = at.y - terrain_height(at.x, at.z) - gallop.scale * ball;

@@ -94,7 +94,7 @@ Anatomy make_anatomy() {
   Anatomy anatomy;
   add_trunk(anatomy);
   add_head(anatomy);
-  for (uint32_t leg = 0; leg < kLegs4; ++leg) add_leg(anatomy, leg);
+  for (uint32_t leg = 0; leg < kHorseLegCount; ++leg) add_leg(anatomy, leg);
   return anatomy;
 }
 
@@ -173,11 +173,11 @@ const HorseSkeleton& horse_skeleton() {
     constexpr std::array<vec3, kLegJoints> hind{
         vec3(0.14f, 1.22f, -0.58f), vec3(0.175f, 0.90f, -0.42f), vec3(0.155f, 0.56f, -0.78f),
         vec3(0.155f, 0.155f, -0.69f)};
-    constexpr std::array<const char*, kLegs4> leg_names{"left fore", "right fore", "left hind",
-                                                        "right hind"};
+    constexpr std::array<const char*, kHorseLegCount> leg_names{"left fore", "right fore",
+                                                                "left hind", "right hind"};
     constexpr std::array<const char*, kLegJoints> joint_names{"upper", "lower", "cannon",
                                                               "pastern"};
-    for (uint32_t leg = 0; leg < kLegs4; ++leg) {
+    for (uint32_t leg = 0; leg < kHorseLegCount; ++leg) {
       const LegJoints leg_joints = horse_leg(leg);
       for (uint32_t i = 0; i < kLegJoints; ++i) {
         const uint32_t trunk = leg < 2 ? kWithers : kCroup;

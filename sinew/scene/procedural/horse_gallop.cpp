@@ -109,7 +109,7 @@ HorsePose gallop_pose(const Gallop& gallop, double time) {
   }
   std::array<JointFrame, kHorseJoints> frames;
   joint_frames(horse_skeleton(), pose.croup, pose.rotation, frames);
-  for (uint32_t leg = 0; leg < kLegs4; ++leg) {
+  for (uint32_t leg = 0; leg < kHorseLegCount; ++leg) {
     const LegJoints joints = horse_leg(leg);
     const auto trunk = static_cast<size_t>(horse_skeleton()[joints[kUpper]].parent);
     plant(horse_skeleton(), joints, gallop_step(gallop, leg, time), frames[trunk], pose.rotation);
