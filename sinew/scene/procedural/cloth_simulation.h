@@ -19,7 +19,7 @@ struct ClothConfig {
   double fps = 25.0;
   uint32_t steps = 16;        // a frame
   uint32_t sweeps = 2;        // over all links, a step
-  uint32_t search_every = 8;  // steps from one search for parts of the cloth that meet to the next
+  uint32_t search_every = 6;  // steps from one search for parts of the cloth that meet to the next
 
   vec3 start{0.0f, 1.5f, 0.0f};  // of the middle
   float turn = 0.0f;             // radians around +Y
