@@ -31,7 +31,7 @@ INSTANTIATE_TEST_SUITE_P(
         Golden{"bodies", "study:bodies,subdivisions=4", {"--time", "2.6", "--samples", "4"}},
         Golden{"bodies_free", "study:bodies,subdivisions=4,motion=free", {"--time", "2.6"}},
         Golden{"cell24", "study:cell24,triangles=20000", {"--time", "1.2", "--samples", "4"}},
-        Golden{"cloth_falls", "study:cloth,triangles=5000,frames=20", {"--time", "0.7"}},
+        Golden{"cloth_falls", "study:cloth,triangles=5000,frames=12", {"--time", "0.44"}},
         Golden{"herd",
                "study:herd,count=12,triangles=5000,terrain=100000",
                {"--time", "1", "--samples", "4"}},
