@@ -34,7 +34,9 @@ Result<FrameOutput> FrameOutput::open(const OutputName& name, ImageSize size,
   output.layers_ = layers;
   output.about_ = about;
   if (is_movie(name.format)) {
-    SINEW_TRY(output.movie_, MovieWriter::create(name.path, size.width, size.height, movie));
+    MovieOptions options = movie;
+    options.format = name.format == OutputFormat::mp4 ? MovieFormat::mp4 : MovieFormat::webp;
+    SINEW_TRY(output.movie_, MovieWriter::create(name.path, size.width, size.height, options));
   }
   return output;
 }

@@ -108,7 +108,7 @@ ViewRecord draw_view(const ViewChoice& choice, const World& world, const CameraV
       break;
     case View::heatmap:
       record.steps = summarize_steps(layers.traversal);
-      record.scale = choice.scale > 0 ? choice.scale : round_scale(record.steps->largest);
+      record.scale = choice.scale > 0 ? choice.scale : round_scale(record.steps->high);
       draw_heatmap(layers, record.scale, picture);
       break;
     case View::boxes:

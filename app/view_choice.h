@@ -16,8 +16,8 @@ enum class View : uint8_t { shaded, heatmap, boxes, normals, depth, objects };
 struct ViewChoice {
   View view = View::shaded;
   uint32_t level = 0;  // boxes: how many steps below the root
-  uint32_t scale = 0;  // heatmap: steps of the brightest colour; 0: round_scale() of the frame's
-                       // largest
+  uint32_t scale = 0;  // heatmap: steps of the brightest colour; 0: a round number that all but
+                       // a few pixels of the frame stay below
 
   bool wants_light() const { return view == View::shaded || view == View::boxes; }
 };

@@ -201,19 +201,25 @@ std::vector<png_text> png_texts(const ImageMetadata& metadata) {
 
 }  // namespace
 
-Result<void> write_png(const std::string& path, const Image8& image,
-                       const ImageMetadata& metadata) {
+Result<std::vector<uint8_t>> encode_png(const Image8& image, const std::string& name,
+                                        const ImageMetadata& metadata) {
   SINEW_CHECK(image.pixels.size() == size_t{4} * image.width * image.height);
   if (image.pixels.empty()) {
-    return fail({ErrorKind::usage, path, "", "the image has no pixels", "give it a size"});
+    return fail({ErrorKind::usage, name, "", "the image has no pixels", "give it a size"});
   }
   std::vector<uint8_t> bytes;
   std::vector<png_text> texts = png_texts(metadata);
   PngWriter writer(bytes);
   if (!encode(writer, image, texts, is_opaque(image))) {
-    return fail({ErrorKind::output, path, "",
+    return fail({ErrorKind::output, name, "",
                  std::string("cannot be encoded as PNG: ") + writer.stream.problem, ""});
   }
+  return bytes;
+}
+
+Result<void> write_png(const std::string& path, const Image8& image,
+                       const ImageMetadata& metadata) {
+  SINEW_TRY(const std::vector<uint8_t> bytes, encode_png(image, path, metadata));
   return write_file(path, bytes);
 }
 
@@ -242,17 +248,20 @@ Result<Image8> decode_image(std::span<const uint8_t> bytes, const std::string& n
   return fail({ErrorKind::bad_input, name, "", "is neither PNG nor JPEG", "convert it to PNG"});
 }
 
-Result<ImageDifference> compare_images(const Image8& a, const Image8& b, int tolerance) {
-  SINEW_CHECK(a.pixels.size() == size_t{4} * a.width * a.height);
-  SINEW_CHECK(b.pixels.size() == size_t{4} * b.width * b.height);
+Result<void> check_same_size(const Image8& a, const Image8& b) {
+  if (a.width == b.width && a.height == b.height) return {};
   const auto text = [](const Image8& image) {
     return std::to_string(image.width) + " x " + std::to_string(image.height);
   };
-  if (a.width != b.width || a.height != b.height) {
-    return fail({ErrorKind::bad_input, "", "",
-                 "the images differ in size: " + text(a) + " and " + text(b) + " pixels",
-                 "compare images of the same size"});
-  }
+  return fail({ErrorKind::bad_input, "", "",
+               "the images differ in size: " + text(a) + " and " + text(b) + " pixels",
+               "compare images of the same size"});
+}
+
+Result<ImageDifference> compare_images(const Image8& a, const Image8& b, int tolerance) {
+  SINEW_CHECK(a.pixels.size() == size_t{4} * a.width * a.height);
+  SINEW_CHECK(b.pixels.size() == size_t{4} * b.width * b.height);
+  SINEW_CHECKED(check_same_size(a, b));
   ImageDifference result;
   uint64_t sum = 0, sum_of_squares = 0;
   int largest = 0;

@@ -17,6 +17,9 @@ using ImageMetadata = std::vector<std::pair<std::string, std::string>>;  // keyw
 // standard output.
 Result<void> write_png(const std::string& path, const Image8& image,
                        const ImageMetadata& metadata = {});
+// The same bytes in memory. `name` stands in error messages.
+Result<std::vector<uint8_t>> encode_png(const Image8& image, const std::string& name,
+                                        const ImageMetadata& metadata = {});
 Result<Image8> read_png(const std::string& path);
 
 // Larger images are refused, and so are files too short to hold the size they claim.
@@ -35,13 +38,16 @@ Result<ImageSize> image_size(std::span<const uint8_t> bytes, const std::string& 
 // PNG or JPEG in memory (textures). `name` stands in error messages.
 Result<Image8> decode_image(std::span<const uint8_t> bytes, const std::string& name);
 
+// An Error that says both sizes if they differ.
+Result<void> check_same_size(const Image8& a, const Image8& b);
+
 struct ImageDifference {
   double psnr = 0.0;         // dB over RGB; infinite for equal images
   double mean = 0.0;         // mean absolute difference of RGB, 0..1
   double largest = 0.0;      // largest absolute difference of any channel, 0..1
   uint64_t pixels_over = 0;  // pixels in which some channel differs by more than `tolerance`
 };
-// Images must have the same size (else an Error that says both sizes).
+// See check_same_size. FLIP, which says how large a difference looks, is in flip.h.
 Result<ImageDifference> compare_images(const Image8& a, const Image8& b, int tolerance = 2);
 
 }  // namespace sinew

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -153,6 +154,27 @@ Result<VertexCache> parse_mdd(std::string_view bytes, const std::string& path,
 bool is_vertex_cache(const std::string& path) {
   const std::string extension = extension_of(path);
   return extension == ".pc2" || extension == ".mdd";
+}
+
+Result<void> write_pc2_header(uint32_t points, uint32_t samples, OutputFile& out) {
+  if (points > INT32_MAX || samples > INT32_MAX) {
+    return fail({ErrorKind::usage, out.path(), "",
+                 fmt::format("{} points and {} samples are too many for PC2", points, samples),
+                 "split the mesh"});
+  }
+  const int32_t version = 1;
+  const float start_frame = 0.0f, sample_rate = 1.0f;
+  std::array<uint8_t, kPc2Header> header{};
+  const auto put = [&](size_t offset, const auto& value) {
+    std::memcpy(&header[offset], &value, sizeof value);
+  };
+  put(0, kPc2Magic);
+  put(12, version);
+  put(16, points);
+  put(20, start_frame);
+  put(24, sample_rate);
+  put(28, samples);
+  return out.write(header);
 }
 
 Result<Scene> load_vertex_cache(const std::string& base, const std::string& cache_path,

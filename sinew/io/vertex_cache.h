@@ -25,6 +25,7 @@
 
 #include "sinew/base/error.h"
 #include "sinew/io/load.h"
+#include "sinew/io/output_file.h"
 #include "sinew/scene/scene.h"
 
 namespace sinew {
@@ -46,6 +47,10 @@ Result<VertexCache> parse_pc2(std::string_view bytes, const std::string& path,
                               std::vector<std::string>& warnings);
 Result<VertexCache> parse_mdd(std::string_view bytes, const std::string& path,
                               std::vector<std::string>& warnings);
+
+// The 32 bytes before the samples, which begin at frame 0 and are a frame apart. Errors (usage):
+// more points or samples than 31 bits count.
+Result<void> write_pc2_header(uint32_t points, uint32_t samples, OutputFile& out);
 
 // Whether the name ends as one of a vertex cache does: ".pc2", ".mdd".
 bool is_vertex_cache(const std::string& path);

@@ -41,15 +41,21 @@ StepSummary summarize_steps(std::span<const uint32_t> steps) {
     sum += step;
     summary.largest = std::max(summary.largest, step);
   }
-  if (!steps.empty()) summary.mean = static_cast<double>(sum) / static_cast<double>(steps.size());
+  if (steps.empty()) return summary;
+  summary.mean = static_cast<double>(sum) / static_cast<double>(steps.size());
+  std::vector<uint32_t> sorted(steps.begin(), steps.end());
+  const auto rank =
+      sorted.begin() + static_cast<ptrdiff_t>(sorted.size() - 1 - sorted.size() / 200);
+  std::nth_element(sorted.begin(), rank, sorted.end());
+  summary.high = *rank;
   return summary;
 }
 
-uint32_t round_scale(uint32_t largest) {
+uint32_t round_scale(uint32_t steps) {
   uint64_t tenth = 1;
   for (;; tenth *= 10) {
     for (const uint64_t tenths : {10, 12, 15, 20, 25, 30, 40, 50, 60, 80}) {
-      if (tenths * tenth < largest) continue;
+      if (tenths * tenth < steps) continue;
       return static_cast<uint32_t>(std::min<uint64_t>(tenths * tenth, UINT32_MAX));
     }
   }

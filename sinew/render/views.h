@@ -11,13 +11,14 @@ namespace sinew {
 
 struct StepSummary {
   uint32_t largest = 0;
+  uint32_t high = 0;  // all but one in 200 pixels have no more
   double mean = 0.0;
 };
 StepSummary summarize_steps(std::span<const uint32_t> steps);
 
 // The least of 1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8 times a power of ten from 10 up that is not below
-// `largest`: a scale that seldom changes from frame to frame.
-uint32_t round_scale(uint32_t largest);
+// `steps`: a scale that seldom changes from frame to frame.
+uint32_t round_scale(uint32_t steps);
 
 // Steps of the traversal by heat_color: black is none, pale yellow `scale` or more.
 void draw_heatmap(const FrameLayers& layers, uint32_t scale, Image8& out);

@@ -52,6 +52,13 @@ std::filesystem::path texture_folder(const std::filesystem::path& folder) {
 
 }  // namespace
 
+vec3 linear_from_display(vec3 color) {
+  const auto decode = [](float c) {
+    return c <= 0.04045f ? std::max(c, 0.0f) / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
+  };
+  return {decode(color.x), decode(color.y), decode(color.z)};
+}
+
 Material convert(const Fill& fill) {
   Material out;
   const vec3 diffuse = clamp(fill.diffuse, 0.0f, 1.0f);
@@ -97,7 +104,7 @@ Result<uint32_t> Materials::use(const std::string& texture, const std::string& f
 void Materials::set_ambient_light(vec3 light) {
   for (size_t i = 0; i < fills_.size(); ++i) {
     Material& material = scene_.materials[i];
-    material.emissive = max(fills_[i].ambient, vec3(0.0f)) * light;
+    material.emissive = linear_from_display(fills_[i].ambient * light);
     material.emissive_texture = material.base_color_texture;
   }
   scene_.environment.ambient = vec3(0.0f);

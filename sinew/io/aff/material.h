@@ -55,4 +55,9 @@ class Materials {
 // A fill as a surface; emission is not set.
 Material convert(const Fill& fill);
 
+// A colour as a screen shows it (sRGB, may be above 1) to a linear one. BART's pictures were shown
+// without correction, so what AFF gives as a colour to be seen, as opposed to a reflectance, is
+// one.
+vec3 linear_from_display(vec3 color);
+
 }  // namespace sinew::aff

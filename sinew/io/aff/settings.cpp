@@ -146,7 +146,7 @@ Result<void> Reader::read_background(Words& words) {
   vec3 color;
   SINEW_CHECKED(words.vector(color));
   Environment& environment = scene_.environment;
-  environment.zenith = environment.horizon = environment.nadir = max(color, vec3(0.0f));
+  environment.zenith = environment.horizon = environment.nadir = linear_from_display(color);
   return {};
 }
 

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "sinew/io/gltf/animation.h"
+#include "sinew/io/gltf/extras.h"
 #include "sinew/io/gltf/material.h"
 #include "sinew/io/gltf/mesh.h"
 #include "sinew/io/gltf/node.h"
@@ -22,14 +23,18 @@ namespace sinew {
 namespace gltf {
 namespace {
 
-constexpr std::array<std::string_view, 12> kSupported = {
+constexpr std::array<std::string_view, 16> kSupported = {
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
     "KHR_meshopt_compression",
     "KHR_node_visibility",
@@ -58,11 +63,14 @@ Result<void> check_extensions(const Json& root, Warnings& warnings) {
   return {};
 }
 
-Result<std::string> scene_name(const Json& root) {
+// The name of the scene and its extras.
+Result<void> read_scene(const Json& root, Scene& scene) {
   SINEW_TRY(const std::vector<Json> scenes, root.objects("scenes", "scene"));
-  if (scenes.empty()) return std::string();
+  if (scenes.empty()) return {};
   SINEW_TRY(const auto index, root.index("scene", scenes.size()));
-  return scenes[index.value_or(0)].text("name");
+  const Json& json = scenes[index.value_or(0)];
+  SINEW_TRY(scene.name, json.text("name"));
+  return read_scene_extras(json, scene);
 }
 
 Result<Scene> parse(std::string bytes, const std::string& path, const LoadOptions& options) {
@@ -75,7 +83,7 @@ Result<Scene> parse(std::string bytes, const std::string& path, const LoadOption
   const Reader reader{asset, accessors, budget, warnings};
 
   Scene scene;
-  SINEW_TRY(scene.name, scene_name(root));
+  SINEW_CHECKED(read_scene(root, scene));
   SINEW_TRY(const NodeGraph graph, read_graph(root));
   SINEW_CHECKED(read_cameras(root, scene));
   SINEW_CHECKED(read_lights(root, scene));

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "sinew/io/gltf/extras.h"
 #include "sinew/io/gltf/material.h"
 #include "sinew/io/gltf/normals.h"
 #include "sinew/io/gltf/primitive.h"
@@ -316,6 +317,7 @@ Result<Mesh> MeshReader::read(const Json& json) {
   SINEW_CHECKED(read_morphs(json, primitives, attributes, mesh));
   SINEW_CHECKED(read_parts(primitives, mesh));
   repair_directions(json, primitives, mesh);
+  SINEW_CHECKED(read_vertex_cache(reader_, json, primitives, mesh));
   return mesh;
 }
 
