@@ -47,7 +47,8 @@ TEST(Flip, EqualImagesDoNotDiffer) {
 // Hunt: 25.581, -34.839): HyAB = 55.434 + |(-101.193, 107.816)| = 203.298; ^0.7 = 41.273; its 0.4
 // is 16.509, so 0.95 + 0.05 (25.1189 - 16.509) / (41.273 - 16.509) = 0.96738.
 TEST(Flip, BlackAgainstWhiteByHand) {
-  for (const float error : *flip_errors(plain({0, 0, 0}), plain({255, 255, 255}))) {
+  const auto errors = *flip_errors(plain({0, 0, 0}), plain({255, 255, 255}));
+  for (const float error : errors) {
     ASSERT_NEAR(error, 0.96738f, 2e-4f);
   }
 }

@@ -63,7 +63,9 @@ TEST(Views, SummariesCount) {
 }
 
 TEST(Views, PixelsShowTheirLayer) {
-  FrameLayers layers{2, 1};
+  FrameLayers layers;
+  layers.width = 2;
+  layers.height = 1;
   layers.traversal = {0, 30};
   layers.normal = {vec3(0), vec3(1, 0, -1)};
   layers.depth = {std::numeric_limits<float>::infinity(), 4.0f};

@@ -31,11 +31,10 @@ void expect_covered(const Scene& scene, const World& world, const std::vector<Tr
 }
 
 TEST(Boxes, EveryLevelHoldsEverythingAndIsTighter) {
-  for (const char* name : {"bodies,subdivisions=2", "creature,scale=0.1", "twist,triangles=1000"}) {
+  for (const char* name : {"bodies,subdivisions=2", "twist,triangles=1000"}) {
     SCOPED_TRACE(name);
-    const auto scene = make_study_scene(name);
-    if (!scene) continue;  // the parameters of another scene
-    World world = *prepare(*scene);
+    const Scene scene = *make_study_scene(name);
+    World world = *prepare(scene);
     ASSERT_TRUE(world.set_time(0.9));
     size_t last = 0;
     for (const uint32_t level : {0u, 1u, 2u, 3u, 5u, kDeep}) {
@@ -43,7 +42,7 @@ TEST(Boxes, EveryLevelHoldsEverythingAndIsTighter) {
       const std::vector<TreeBox> boxes = world.boxes(level);
       EXPECT_GE(boxes.size(), last);
       last = boxes.size();
-      expect_covered(*scene, world, boxes);
+      expect_covered(scene, world, boxes);
     }
     EXPECT_GT(last, 30u);
     EXPECT_EQ(world.boxes(kDeep - 1).size(), last) << "the leaves";
