@@ -26,6 +26,7 @@ constexpr Command kCommands[] = {
     {"info", "Says what a file holds: sizes, clips, cameras, warnings", define_info},
     {"render", "Draws an animation: one .png a frame, or one animated .webp", define_render},
     {"compare", "Says how much two pictures differ", define_compare},
+    {"scene", "Writes a scene as glTF, for other programs", define_scene},
 #ifdef SINEW_HAVE_BENCH
     {"bench", "Measures against Embree", define_bench},
 #endif

@@ -17,6 +17,7 @@
 #include "app/report.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/output_file.h"
+#include "sinew/render/refinement.h"
 #include "sinew/world/world.h"
 
 namespace sinew::app {
@@ -71,6 +72,14 @@ void lay_under(Image8& image, const Rgb& color) {
   }
 }
 
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+constexpr double kLeastBudget = 0.1;  // ms for rays, so that there is a picture
+
 // The scene on its way through the frames.
 struct Stage {
   const RenderJob& job;
@@ -78,6 +87,8 @@ struct Stage {
   World& world;
   const FrameCamera& camera;
   RenderScratchPtr scratch = make_render_scratch();
+  Refinement refinement{};
+  double finish_ms = 0.0;  // what the last picture took beyond update and radiance
   LayerScratch layer_scratch{};
   CameraView view{};
   Image radiance{};
@@ -86,8 +97,21 @@ struct Stage {
   uint32_t absent = 0;  // most objects left out of a frame
 };
 
+// Light in the picture, within what is left of the frame's time since `start`.
+FrameStats draw_radiance(Stage& stage, Clock::time_point start, RenderSettings settings) {
+  if (settings.time_budget_ms > 0.0) {
+    settings.time_budget_ms =
+        std::max(settings.time_budget_ms - ms_since(start) - stage.finish_ms, kLeastBudget);
+  }
+  const ScenePose& pose = stage.world.pose();
+  return stage.job.progressive ? stage.refinement.draw(stage.world, stage.scene, pose, stage.view,
+                                                       settings, *stage.scratch, stage.radiance)
+                               : render_frame(stage.world, stage.scene, pose, stage.view, settings,
+                                              *stage.scratch, stage.radiance);
+}
+
 // Traces what the output is made of, to stage.radiance and stage.layers, and makes stage.picture.
-void draw_picture(Stage& stage, FrameRecord& record) {
+void draw_picture(Stage& stage, Clock::time_point start, FrameRecord& record) {
   const RenderJob& job = stage.job;
   const bool exr = job.output.format == OutputFormat::exr;
   const LayerChoice choice = exr ? job.layers : layers_for(job.view);
@@ -96,20 +120,20 @@ void draw_picture(Stage& stage, FrameRecord& record) {
   const ScenePose& pose = stage.world.pose();
   const bool shows = !exr || !job.contact_sheet.empty();
   if (choice.color || (exr && shows)) {
-    record.stats = render_frame(stage.world, stage.scene, pose, stage.view, settings,
-                                *stage.scratch, stage.radiance);
+    record.stats = draw_radiance(stage, start, settings);
   }
+  const Clock::time_point drawn = Clock::now();
   trace_layers(stage.world, stage.scene, pose, stage.view, settings.width, settings.height, choice,
                stage.layer_scratch, stage.layers);
   if (!shows) return;
   if (job.view.wants_light()) tonemap(stage.radiance, settings.exposure, stage.picture);
   if (job.background) lay_under(stage.picture, *job.background);
   record.view = draw_view(job.view, stage.world, stage.view, stage.layers, stage.picture);
+  stage.finish_ms = ms_since(drawn);
 }
 
 // Moves the world to the shot's time and draws it.
 Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
-  using Clock = std::chrono::steady_clock;
   const Clock::time_point start = Clock::now();
   SINEW_CHECKED(stage.world.set_time(shot.time));
   const ScenePose& pose = stage.world.pose();
@@ -118,8 +142,8 @@ Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
   record.shot = shot;
   record.update_ms = stage.world.stats().update_ms;
   stage.view = stage.camera.view(stage.scene, pose);
-  draw_picture(stage, record);
-  record.total_ms = std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+  draw_picture(stage, start, record);
+  record.total_ms = ms_since(start);
   return record;
 }
 

@@ -27,6 +27,7 @@ struct RenderJob {
   std::vector<std::string> hide;  // patterns of object names
   CameraChoice camera;
   RenderSettings settings;
+  bool progressive = false;       // refine frames in which nothing moves
   std::optional<Rgb> background;  // lies behind everything in the finished picture
   int threads = 0;                // 0: all
   ViewChoice view;

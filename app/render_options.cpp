@@ -97,6 +97,10 @@ void add_picture_options(CLI::App& app, Flags& flags) {
   app.add_option("--reflections", settings.reflections, "Mirror bounces, 0 to 16 (default: 1)")
       ->check(number_in(0, 16))
       ->group(kGroup);
+  app.add_option("--refractions", settings.refractions,
+                 "Transmissive surfaces that a ray goes through, 0 to 32 (default: 8)")
+      ->check(number_in(0, 32))
+      ->group(kGroup);
   app.add_option("--ao", settings.ambient_rays,
                  "Ambient occlusion rays a hit (default: 0, no occlusion)")
       ->check(number_in(0, 4096))
@@ -127,6 +131,24 @@ void add_picture_options(CLI::App& app, Flags& flags) {
                  "objects (default: shaded)")
       ->group(kGroup);
   app.add_option("--seed", settings.seed, "Of the sampling pattern (default: 0)")->group(kGroup);
+}
+
+// Larsson and Akenine-Moller's ways to interactive rates.
+void add_speed_options(CLI::App& app, Flags& flags) {
+  constexpr const char* kGroup = "Interactive rates";
+  RenderSettings& settings = flags.job.settings;
+  app.add_option("--subsample", settings.subsampling,
+                 "Draw one pixel of every N x N and interpolate, 1 to 64 (default: 1)")
+      ->check(number_in(1, 64))
+      ->group(kGroup);
+  app.add_option("--time-budget", settings.time_budget_ms,
+                 "Milliseconds a frame may take; rays it has no time for are left out, secondary "
+                 "ones first (default: 0, no limit)")
+      ->check(number_in(0.0, 1e6))
+      ->group(kGroup);
+  app.add_flag("--progressive", flags.job.progressive,
+               "Where nothing moves from one frame to the next, refine the picture")
+      ->group(kGroup);
 }
 
 void add_engine_options(CLI::App& app, Flags& flags) {
@@ -228,10 +250,19 @@ Result<void> read_output(const Flags& flags, RenderJob& job) {
 }
 
 // Linear radiance, the finished picture, and its compressed form at worst. With layers their hits,
-// themselves, and what an .exr holds twice.
-Result<void> check_memory(const ImageSize& size, bool layers, uint64_t limit) {
-  const uint64_t bytes_per_pixel = layers ? 16 + 4 + 20 + 28 + 8 + 2 * 38 : 16 + 4 + 4;
-  const uint64_t bytes = bytes_per_pixel * size.width * size.height;
+// themselves, and what an .exr holds twice; what refinement adds up; with a time budget all rays of
+// a picture at once.
+Result<void> check_memory(const RenderJob& job) {
+  const RenderSettings& size = job.settings;
+  const uint64_t limit = job.load.memory_limit, pixels = uint64_t{size.width} * size.height;
+  const bool layers = job.output.format == OutputFormat::exr || job.view.view != View::shaded;
+  uint64_t bytes = (16 + 4 + 4) * pixels;
+  if (layers) bytes += (16 + 28 + 8 + 2 * 38) * pixels;
+  if (job.progressive) bytes += 2 * 16 * pixels;
+  if (size.time_budget_ms > 0.0) {
+    constexpr uint64_t kBytesPerRay = 600;
+    bytes += kBytesPerRay * pixels / (uint64_t{size.subsampling} * size.subsampling);
+  }
   if (bytes <= limit) return {};
   return usage(fmt::format("pictures of {} x {} pixels need {} MB, and --memory-limit allows {} MB",
                            size.width, size.height, (bytes >> 20) + 1, limit >> 20),
@@ -258,9 +289,12 @@ Result<RenderJob> read(const Flags& flags) {
   if (!flags.layers.empty()) {
     SINEW_TRY(job.layers, parse_layers(flags.layers));
   }
+  if (job.settings.time_budget_ms > 0.0 && job.settings.samples > 1 && !job.progressive) {
+    return usage("a frame with --time-budget draws one sample a pixel, --samples asks for more",
+                 "leave --samples out, or add --progressive, which uses them where nothing moves");
+  }
   SINEW_CHECKED(read_output(flags, job));
-  const bool layers = job.output.format == OutputFormat::exr || job.view.view != View::shaded;
-  SINEW_CHECKED(check_memory(size, layers, job.load.memory_limit));
+  SINEW_CHECKED(check_memory(job));
   if (flags.progress == "json") job.progress = ProgressMode::json;
   if (flags.progress == "none") job.progress = ProgressMode::none;
   return job;
@@ -275,6 +309,7 @@ Run define_render(CLI::App& app) {
   add_output_options(app, flags);
   add_frame_options(app, flags);
   add_picture_options(app, flags);
+  add_speed_options(app, flags);
   add_engine_options(app, flags);
   return []() -> Result<int> {
     SINEW_TRY(const RenderJob job, read(flags));

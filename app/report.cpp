@@ -6,6 +6,19 @@
 #include "sinew/bvh/traverse.h"
 
 namespace sinew::app {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json rays_json(const RayCounts& rays) {
+  return {{"primary", rays.primary},
+          {"shadow", rays.shadow},
+          {"ao", rays.ambient},
+          {"reflection", rays.reflection},
+          {"refraction", rays.refraction}};
+}
+
+}  // namespace
 
 double mrays_per_s(const FrameStats& stats) {
   if (!(stats.trace_ms > 0.0)) return 0.0;
@@ -13,23 +26,13 @@ double mrays_per_s(const FrameStats& stats) {
 }
 
 std::string to_json(const RenderReport& report) {
-  using Json = nlohmann::ordered_json;
   Json frames = Json::array();
   for (const FrameRecord& frame : report.frames) {
-    const RayCounts& rays = frame.stats.rays;
     Json entry = {
-        {"frame", frame.shot.frame},
-        {"time_s", frame.shot.time},
-        {"update_ms", frame.update_ms},
-        {"trace_ms", frame.stats.trace_ms},
-        {"shade_ms", frame.stats.shade_ms},
-        {"total_ms", frame.total_ms},
-        {"rays",
-         {{"primary", rays.primary},
-          {"shadow", rays.shadow},
-          {"ao", rays.ambient},
-          {"reflection", rays.reflection}}},
-        {"mrays_per_s", mrays_per_s(frame.stats)},
+        {"frame", frame.shot.frame},           {"time_s", frame.shot.time},
+        {"update_ms", frame.update_ms},        {"trace_ms", frame.stats.trace_ms},
+        {"shade_ms", frame.stats.shade_ms},    {"total_ms", frame.total_ms},
+        {"rays", rays_json(frame.stats.rays)}, {"mrays_per_s", mrays_per_s(frame.stats)},
     };
     if (frame.view.steps) {
       entry["steps"] = {{"mean", frame.view.steps->mean},
@@ -37,9 +40,12 @@ std::string to_json(const RenderReport& report) {
                         {"scale", frame.view.scale}};
     }
     if (frame.view.boxes) entry["boxes"] = *frame.view.boxes;
+    if (report.settings.time_budget_ms > 0.0) {
+      entry["rays_skipped"] = rays_json(frame.stats.skipped);
+    }
     frames.push_back(std::move(entry));
   }
-  const Json document = {
+  Json document = {
       {"version", SINEW_VERSION},
       {"kernel_target", kernel_target()},
       {"threads", report.threads},
@@ -50,6 +56,7 @@ std::string to_json(const RenderReport& report) {
       {"width", report.settings.width},
       {"height", report.settings.height},
       {"samples", report.settings.samples},
+      {"subsampling", report.settings.subsampling},
       {"triangles", report.triangles},
       {"warnings", report.warnings},
       {"frames", frames},

@@ -2,7 +2,10 @@
 #pragma once
 
 #include "sinew/bvh/bvh.h"
+#include "sinew/io/image_file.h"
 #include "sinew/io/load.h"
+#include "sinew/io/movie.h"
+#include "sinew/io/save.h"
 #include "sinew/render/frame.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/study.h"

@@ -201,19 +201,25 @@ std::vector<png_text> png_texts(const ImageMetadata& metadata) {
 
 }  // namespace
 
-Result<void> write_png(const std::string& path, const Image8& image,
-                       const ImageMetadata& metadata) {
+Result<std::vector<uint8_t>> encode_png(const Image8& image, const std::string& name,
+                                        const ImageMetadata& metadata) {
   SINEW_CHECK(image.pixels.size() == size_t{4} * image.width * image.height);
   if (image.pixels.empty()) {
-    return fail({ErrorKind::usage, path, "", "the image has no pixels", "give it a size"});
+    return fail({ErrorKind::usage, name, "", "the image has no pixels", "give it a size"});
   }
   std::vector<uint8_t> bytes;
   std::vector<png_text> texts = png_texts(metadata);
   PngWriter writer(bytes);
   if (!encode(writer, image, texts, is_opaque(image))) {
-    return fail({ErrorKind::output, path, "",
+    return fail({ErrorKind::output, name, "",
                  std::string("cannot be encoded as PNG: ") + writer.stream.problem, ""});
   }
+  return bytes;
+}
+
+Result<void> write_png(const std::string& path, const Image8& image,
+                       const ImageMetadata& metadata) {
+  SINEW_TRY(const std::vector<uint8_t> bytes, encode_png(image, path, metadata));
   return write_file(path, bytes);
 }
 

@@ -17,6 +17,9 @@ using ImageMetadata = std::vector<std::pair<std::string, std::string>>;  // keyw
 // standard output.
 Result<void> write_png(const std::string& path, const Image8& image,
                        const ImageMetadata& metadata = {});
+// The same bytes in memory. `name` stands in error messages.
+Result<std::vector<uint8_t>> encode_png(const Image8& image, const std::string& name,
+                                        const ImageMetadata& metadata = {});
 Result<Image8> read_png(const std::string& path);
 
 // Larger images are refused, and so are files too short to hold the size they claim.

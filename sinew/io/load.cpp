@@ -8,8 +8,10 @@
 #include <string_view>
 #include <utility>
 
+#include "sinew/io/aff/aff.h"
 #include "sinew/io/gltf/gltf.h"
-#include "sinew/io/obj/obj.h"
+#include "sinew/io/polygon/scene.h"
+#include "sinew/io/polygon/sequence.h"
 #include "sinew/io/vertex_cache.h"
 #include "sinew/scene/study.h"
 
@@ -19,13 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kStudyPrefix = "study:";
-
-// ".obj" of "Walk.OBJ"
-std::string extension_of(const std::string& path) {
-  std::string extension = fs::path(path).extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 'a' - 'A') : c;
-  return extension;
-}
+constexpr std::string_view kAffPrefix = "aff:";
 
 bool exists(const std::string& path) {
   std::error_code ignored;
@@ -43,12 +39,17 @@ std::string find_cache(const CacheInput& split) {
   return !exists(split.cache) && exists(beside) ? beside : split.cache;
 }
 
+bool is_polygons(const std::string& path) {
+  const std::string extension = extension_of(path);
+  return extension == ".obj" || extension == ".ply";
+}
+
 // "base.obj+positions.pc2"; names may hold a + themselves, so the split whose base exists is meant.
 std::optional<CacheInput> split_cache(const std::string& input) {
   std::optional<CacheInput> result;
   for (size_t at = input.find('+'); at != std::string::npos; at = input.find('+', at + 1)) {
     CacheInput split{input.substr(0, at), input.substr(at + 1)};
-    if (extension_of(split.base) != ".obj" || extension_of(split.cache) != ".pc2") continue;
+    if (!is_polygons(split.base) || !is_vertex_cache(split.cache)) continue;
     if (exists(split.base)) return split;
     result = std::move(split);
   }
@@ -60,6 +61,10 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
     return make_study_scene(std::string_view(input).substr(kStudyPrefix.size()));
   }
   const bool literal = exists(input);
+  if (!literal && input.starts_with(kAffPrefix)) {
+    SINEW_TRY(const AffInput aff, parse_aff_input(input.substr(kAffPrefix.size())));
+    return load_aff(aff.path, aff.options, options);
+  }
   if (!literal) {
     if (const auto split = split_cache(input)) {
       return load_vertex_cache(split->base, find_cache(*split), options);
@@ -67,18 +72,20 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
   }
   const std::string extension = extension_of(input);
   if (extension == ".gltf" || extension == ".glb") return load_gltf(input, options);
-  if (extension == ".obj" && !literal && is_sequence(input)) {
-    return load_obj_sequence(input, options);
+  if (is_polygons(input)) {
+    return !literal && is_sequence(input) ? load_sequence(input, options)
+                                          : load_polygons(input, options);
   }
-  if (extension == ".obj") return load_obj(input, options);
-  if (extension == ".pc2") {
+  if (extension == ".aff") return load_aff(input, {}, options);
+  if (is_vertex_cache(input)) {
     return fail({ErrorKind::bad_input, input, "", "a vertex cache needs its base mesh",
                  "give base.obj+" + fs::path(input).filename().string()});
   }
   return fail({ErrorKind::bad_input, input, "",
                extension.empty() ? "has no extension that says what it is"
                                  : "files \"" + extension + "\" are not supported",
-               "give .gltf, .glb, .obj, frames_####.obj, base.obj+cache.pc2 or study:NAME"});
+               "give .gltf, .glb, .obj, .ply, .aff, frames_####.obj, base.obj+cache.pc2 or "
+               "study:NAME"});
 }
 
 std::string name_of(const std::string& input) {

@@ -1,5 +1,5 @@
-// Reads scenes from files: glTF 2.0 and GLB, OBJ, OBJ sequences, PC2 vertex caches over an OBJ, and
-// the project's own study scenes.
+// Reads scenes from files: glTF 2.0 and GLB, OBJ and PLY, sequences of them, PC2 and MDD vertex
+// caches over them, BART's AFF, and the project's own study scenes.
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,16 @@ struct LoadOptions {
 
 // `input` is one of
 //   model.gltf, model.glb
-//   model.obj                    one static mesh
-//   walk_####.obj, walk_%04d.obj a sequence: one OBJ a frame (a vertex cache if topology agrees)
-//   base.obj+positions.pc2       a vertex cache over a base mesh; it may lie beside the mesh
+//   model.obj, model.ply         one static mesh
+//   walk_####.obj, walk_%04d.ply a sequence: one file a frame (a vertex cache if topology agrees)
+//   base.obj+positions.pc2       a vertex cache (PC2 or MDD) over a base mesh (OBJ or PLY); it may
+//                                lie beside the mesh
+//   scene.aff                    BART's animated file format
+//   aff:complexity=8,museum5.aff ... with its animated triangles split into 4^8
 //   study:NAME[,key=value...]    see scene/study.h
-// Files that a file refers to must lie in its own folder or below it. The scene that comes back is
-// valid (validate() finds nothing); whatever was unsupported is named in Scene::warnings.
+// Files that a file refers to must lie in its own folder or below it; the textures of an AFF file
+// may also lie in a folder TextureFiles beside its own, as BART has them. The scene that comes back
+// is valid (validate() finds nothing); whatever was unsupported is named in Scene::warnings.
 Result<Scene> load(const std::string& input, const LoadOptions& options = {});
 
 }  // namespace sinew

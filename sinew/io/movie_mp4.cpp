@@ -60,7 +60,7 @@ Result<std::vector<std::string>> encoder_words(const std::string& path, float qu
 
 class Mp4Encoder : public MovieEncoder {
  public:
-  Mp4Encoder(std::string path, PendingFile file, ChildProcess ffmpeg)
+  Mp4Encoder(std::string path, OutputFile file, ChildProcess ffmpeg)
       : path_(std::move(path)), file_(std::move(file)), ffmpeg_(std::move(ffmpeg)) {}
 
   Result<void> add(const Image8& frame, uint64_t) override {
@@ -74,7 +74,7 @@ class Mp4Encoder : public MovieEncoder {
 
   Result<void> finish(uint64_t) override {
     if (ffmpeg_.wait() != 0) return failure();
-    return file_.commit();
+    return file_.publish();
   }
 
  private:
@@ -84,7 +84,7 @@ class Mp4Encoder : public MovieEncoder {
   }
 
   std::string path_;
-  PendingFile file_;
+  OutputFile file_;
   ChildProcess ffmpeg_;  // destroyed first: killed before its file goes
   std::vector<uint8_t> rgb_;
 };
@@ -105,7 +105,11 @@ Result<std::unique_ptr<MovieEncoder>> make_mp4_encoder(const std::string& path, 
     return movie_error(ErrorKind::usage, path, "an .mp4 cannot be lossless", "write a .webp");
   }
   SINEW_TRY(const std::vector<std::string> encoder, encoder_words(path, options.quality));
-  SINEW_TRY(PendingFile file, PendingFile::create(path));
+  SINEW_TRY(OutputFile file, OutputFile::create(path));
+  if (file.temporary().empty()) {
+    return movie_error(ErrorKind::output, path, "is no regular file", "give the name of a file");
+  }
+  SINEW_CHECKED(file.close());  // ffmpeg opens it by its name
 
   const std::string size = std::to_string(width) + "x" + std::to_string(height);
   std::vector<std::string> words = {

@@ -13,6 +13,8 @@
 #include <filesystem>
 #include <new>
 
+#include "sinew/base/check.h"
+
 namespace sinew {
 namespace {
 
@@ -113,83 +115,72 @@ int open_temporary(const std::filesystem::path& target, std::filesystem::path& n
   return -1;
 }
 
-Result<void> write_special(const std::string& path, const Target& target,
-                           std::span<const uint8_t> bytes) {
-  Descriptor file(::open(target.path.c_str(), O_WRONLY | O_CLOEXEC));
-  if (file.get() < 0) return output_error(path, errno);
-  int problem = write_all(file.get(), bytes);
-  if (problem == 0) problem = file.close();
-  if (problem != 0) return output_error(path, problem);
-  return {};
-}
-
 }  // namespace
 
-Result<void> write_file(const std::string& path, std::span<const uint8_t> bytes) {
+Result<OutputFile> OutputFile::create(const std::string& path) {
+  OutputFile file;
+  file.path_ = path;
   if (path == "-") {
-    const int problem = write_all(STDOUT_FILENO, bytes);
-    if (problem != 0) return output_error("standard output", problem);
-    return {};
+    file.fd_ = STDOUT_FILENO;
+    file.path_ = "standard output";
+    return file;
   }
   SINEW_TRY(const Target target, find_target(path));
-  if (target.special) return write_special(path, target, bytes);
-
-  std::filesystem::path temporary;
-  Descriptor file(open_temporary(target.path, temporary));
-  if (file.get() < 0) return output_error(path, errno);
-  int problem = write_all(file.get(), bytes);
-  if (problem == 0) problem = file.close();
-  if (problem == 0 && ::rename(temporary.c_str(), target.path.c_str()) != 0) problem = errno;
-  if (problem != 0) {
-    ::unlink(temporary.c_str());
-    return output_error(path, problem);
+  file.owns_fd_ = true;
+  if (target.special) {
+    file.fd_ = ::open(target.path.c_str(), O_WRONLY | O_CLOEXEC);
+    if (file.fd_ < 0) return output_error(path, errno);
+    return file;
   }
+  std::filesystem::path temporary;
+  file.fd_ = open_temporary(target.path, temporary);
+  if (file.fd_ < 0) return output_error(path, errno);
+  file.target_ = target.path.string();
+  file.temporary_ = temporary.string();
+  return file;
+}
+
+OutputFile& OutputFile::operator=(OutputFile&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(target_, other.target_);
+  std::swap(temporary_, other.temporary_);
+  std::swap(fd_, other.fd_);
+  std::swap(owns_fd_, other.owns_fd_);
+  std::swap(size_, other.size_);
+  return *this;
+}
+
+OutputFile::~OutputFile() {
+  if (owns_fd_) Descriptor(std::exchange(fd_, -1)).close();
+  if (!temporary_.empty()) ::unlink(temporary_.c_str());
+}
+
+Result<void> OutputFile::write(std::span<const uint8_t> bytes) {
+  SINEW_CHECK(fd_ >= 0);
+  if (const int problem = write_all(fd_, bytes); problem != 0) return output_error(path_, problem);
+  size_ += bytes.size();
   return {};
 }
 
-struct PendingFile::Impl {
-  std::string path;  // as given
-  std::filesystem::path target;
-  std::string temporary;
-
-  ~Impl() {
-    if (!temporary.empty()) ::unlink(temporary.c_str());
-  }
-};
-
-PendingFile::PendingFile(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
-PendingFile::PendingFile(PendingFile&&) noexcept = default;
-PendingFile& PendingFile::operator=(PendingFile&&) noexcept = default;
-PendingFile::~PendingFile() = default;
-
-Result<PendingFile> PendingFile::create(const std::string& path) {
-  Target target;
-  if (path != "-") {
-    SINEW_TRY(target, find_target(path));
-  }
-  if (path == "-" || target.special) {
-    return fail({ErrorKind::output, path, "", "is no regular file", "give the name of a file"});
-  }
-  std::filesystem::path temporary;
-  const Descriptor file(open_temporary(target.path, temporary));
-  if (file.get() < 0) return output_error(path, errno);
-  auto impl = std::make_unique<Impl>();
-  impl->path = path;
-  impl->target = target.path;
-  impl->temporary = temporary.string();
-  return PendingFile(std::move(impl));
-}
-
-const std::string& PendingFile::temporary() const {
-  return impl_->temporary;
-}
-
-Result<void> PendingFile::commit() {
-  if (::rename(impl_->temporary.c_str(), impl_->target.c_str()) != 0) {
-    return output_error(impl_->path, errno);
-  }
-  impl_->temporary.clear();
+Result<void> OutputFile::close() {
+  if (!owns_fd_) return {};
+  const int problem = Descriptor(std::exchange(fd_, -1)).close();
+  if (problem != 0) return output_error(path_, problem);
   return {};
+}
+
+Result<void> OutputFile::publish() {
+  SINEW_CHECKED(close());
+  if (temporary_.empty()) return {};
+  if (::rename(temporary_.c_str(), target_.c_str()) != 0) return output_error(path_, errno);
+  temporary_.clear();
+  return {};
+}
+
+Result<void> write_file(const std::string& path, std::span<const uint8_t> bytes) {
+  SINEW_TRY(OutputFile file, OutputFile::create(path));
+  SINEW_CHECKED(file.write(bytes));
+  return file.publish();
 }
 
 Result<void> write_file(const std::string& path, std::string_view text) {

@@ -3,10 +3,10 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "sinew/base/error.h"
 
@@ -17,23 +17,35 @@ namespace sinew {
 Result<void> write_file(const std::string& path, std::span<const uint8_t> bytes);
 Result<void> write_file(const std::string& path, std::string_view text);
 
-// A file that another program writes: it grows under a temporary name beside `path`, takes its
-// place on commit, and is gone without a trace if destroyed before that.
-class PendingFile {
+// A file written piece by piece that appears whole or not at all: what is not published is removed.
+// "-" is standard output; a link is followed; a device or pipe is written to directly.
+class OutputFile {
  public:
-  // Refuses "-", devices and pipes, which can be neither replaced nor written twice.
-  static Result<PendingFile> create(const std::string& path);
-  PendingFile(PendingFile&&) noexcept;
-  PendingFile& operator=(PendingFile&&) noexcept;
-  ~PendingFile();
+  static Result<OutputFile> create(const std::string& path);
+  OutputFile(OutputFile&& other) noexcept { *this = std::move(other); }
+  OutputFile& operator=(OutputFile&& other) noexcept;
+  ~OutputFile();
 
-  const std::string& temporary() const;  // its name; the file is there, and empty
-  Result<void> commit();
+  Result<void> write(std::span<const uint8_t> bytes);
+  // Ends the writing. What a full disk has to say has been said by then, so that of several files
+  // all can be closed before the first is published.
+  Result<void> close();
+  Result<void> publish();  // closes, then renames into place
+
+  const std::string& path() const { return path_; }
+  // Where it grows until it is published, for other programs to write to; empty if nothing is
+  // replaced in the end.
+  const std::string& temporary() const { return temporary_; }
+  uint64_t size() const { return size_; }  // bytes written
 
  private:
-  struct Impl;
-  explicit PendingFile(std::unique_ptr<Impl> impl);
-  std::unique_ptr<Impl> impl_;
+  OutputFile() = default;
+  std::string path_;       // as the user named it
+  std::string target_;     // what is renamed to; empty: nothing is
+  std::string temporary_;  // what is removed; empty: nothing is
+  int fd_ = -1;
+  bool owns_fd_ = false;
+  uint64_t size_ = 0;
 };
 
 // Whether write_file(path) can work: to be asked before long work whose result goes there.

@@ -9,14 +9,23 @@
 //          24  float32   sample rate: frames from one sample to the next
 //          28  int32     samples
 //          32  float32   samples * points * 3: x, y, z; sample-major
+//
+// MDD (Motion Designer, as LightWave and Blender write it), big endian:
+//
+//   offset  0  int32     samples
+//           4  int32     points
+//           8  float32   samples: times in seconds
+//           .  float32   samples * points * 3: x, y, z; sample-major
 #pragma once
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "sinew/base/error.h"
 #include "sinew/io/load.h"
+#include "sinew/io/output_file.h"
 #include "sinew/scene/scene.h"
 
 namespace sinew {
@@ -26,18 +35,27 @@ inline constexpr double kCacheFps = 24.0;
 
 struct VertexCache {
   uint32_t points = 0;
-  uint32_t samples = 0;
-  float start_frame = 0.0f;
-  float sample_rate = 1.0f;     // frames
+  std::vector<float> times;     // seconds, increasing; one a sample
   std::vector<vec3> positions;  // sample-major, finite
 };
 
-// Bytes after the last sample are ignored with a warning.
-Result<VertexCache> read_pc2(const std::string& path, uint64_t memory_limit,
-                             std::vector<std::string>& warnings);
+// `path` stands in errors. Bytes after the last sample are ignored with a warning. Sample i of a
+// PC2 file is at i * sample rate / 24 s, whatever its start frame is: a picture sequence begins
+// with the first sample. Times of an MDD file that do not rise are replaced by i / 24 s, with a
+// warning.
+Result<VertexCache> parse_pc2(std::string_view bytes, const std::string& path,
+                              std::vector<std::string>& warnings);
+Result<VertexCache> parse_mdd(std::string_view bytes, const std::string& path,
+                              std::vector<std::string>& warnings);
 
-// The OBJ `base`, moved by the PC2 file `cache`, with a clip "cache": sample i is at the time
-// i * sample_rate / 24 s. The clip starts at 0 whatever the start frame is.
+// The 32 bytes before the samples, which begin at frame 0 and are a frame apart. Errors (usage):
+// more points or samples than 31 bits count.
+Result<void> write_pc2_header(uint32_t points, uint32_t samples, OutputFile& out);
+
+// Whether the name ends as one of a vertex cache does: ".pc2", ".mdd".
+bool is_vertex_cache(const std::string& path);
+
+// The OBJ or PLY file `base`, moved by the PC2 or MDD file `cache`, with a clip "cache".
 Result<Scene> load_vertex_cache(const std::string& base, const std::string& cache,
                                 const LoadOptions& options);
 

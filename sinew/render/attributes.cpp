@@ -50,35 +50,66 @@ uint64_t identity_of(const Scene& scene) {
   return h;
 }
 
-// Stored normals and tangents in the pose: morph deltas, then the skin. `tangents` may be empty.
-void deform_attributes(const Mesh& mesh, const Motion& motion, const Pose& pose,
-                       std::span<vec3> normals, std::span<vec4> tangents) {
-  const bool skinned = is_skinned(motion);
-  const bool morphed = !mesh.morph_normals.empty() && !pose.weights.empty();
-  const size_t count = mesh.normals.size();
-  parallel_for(count, kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      vec3 normal = mesh.normals[i];
-      if (morphed) {
-        for (size_t t = 0; t < mesh.morph_targets; ++t) {
-          if (pose.weights[t] != 0.0f) {
-            normal += pose.weights[t] * mesh.morph_normals[t * count + i];
-          }
-        }
-      }
-      const mat3 map = skinned ? local_map(motion, pose, static_cast<uint32_t>(i)) : mat3(1.0f);
-      const Affine affine(map[0], map[1], map[2], vec3(0.0f));
-      normals[i] = unit_or_zero(skinned ? cofactor(affine) * normal : normal);
-      if (!tangents.empty()) {
-        tangents[i] = vec4(unit_or_zero(map * vec3(mesh.tangents[i])), mesh.tangents[i].w);
+// Lists the triangles around each vertex.
+void list_neighbours(const Mesh& mesh, std::vector<uint32_t>& first,
+                     std::vector<uint32_t>& triangles) {
+  first.assign(mesh.positions.size() + 1, 0);
+  triangles.resize(3 * mesh.triangles.size());
+  for (const uvec3& t : mesh.triangles) {
+    for (int k = 0; k < 3; ++k) ++first[t[k] + 1];
+  }
+  for (size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
+  std::vector<uint32_t> next(first.begin(), first.end() - 1);
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    for (int k = 0; k < 3; ++k) triangles[next[mesh.triangles[i][k]]++] = i;
+  }
+}
+
+// The file's normal in the pose: morph deltas, then the skin.
+vec3 deformed_normal(const ObjectAttributes& object, uint32_t i) {
+  const Mesh& mesh = *object.mesh;
+  const std::span<const float> weights = object.pose->weights;
+  vec3 normal = mesh.normals[i];
+  if (!mesh.morph_normals.empty() && !weights.empty()) {
+    for (size_t t = 0; t < mesh.morph_targets; ++t) {
+      if (weights[t] != 0.0f) {
+        normal += weights[t] * mesh.morph_normals[t * mesh.normals.size() + i];
       }
     }
-  });
+  }
+  if (!is_skinned(*object.motion)) return unit_or_zero(normal);
+  const mat3 map = local_map(*object.motion, *object.pose, i);
+  return unit_or_zero(cofactor(Affine(map[0], map[1], map[2], vec3(0.0f))) * normal);
+}
+
+// A cross product is twice the triangle's area long, so the sum weighs by area.
+vec3 computed_normal(const ObjectAttributes& object, uint32_t vertex) {
+  const std::span<const vec3> p = object.positions;
+  vec3 sum(0.0f);
+  for (uint32_t k = object.first[vertex]; k < object.first[vertex + 1]; ++k) {
+    const uvec3 t = object.mesh->triangles[object.triangles[k]];
+    sum += cross(p[t.y] - p[t.x], p[t.z] - p[t.x]);
+  }
+  return unit_or_zero(sum);
 }
 
 }  // namespace
 
-void AttributeTable::begin_frame(const World& world, const Scene& scene, const ScenePose& pose) {
+vec3 normal_at(const ObjectAttributes& object, uint32_t i) {
+  if (!object.normals.empty()) return object.normals[i];
+  return object.source == NormalSource::deformed ? deformed_normal(object, i)
+                                                 : computed_normal(object, i);
+}
+
+vec4 tangent_at(const ObjectAttributes& object, uint32_t i) {
+  if (!object.tangents.empty()) return object.tangents[i];
+  const vec4 tangent = object.mesh->tangents[i];
+  if (!is_skinned(*object.motion)) return vec4(unit_or_zero(vec3(tangent)), tangent.w);
+  return vec4(unit_or_zero(local_map(*object.motion, *object.pose, i) * vec3(tangent)), tangent.w);
+}
+
+void AttributeTable::begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
+                                 uint64_t rays) {
   const uint64_t identity = identity_of(scene);
   if (identity != scene_identity_) {
     bind(scene);
@@ -87,6 +118,7 @@ void AttributeTable::begin_frame(const World& world, const Scene& scene, const S
   world_ = &world;
   scene_ = &scene;
   pose_ = &pose;
+  rays_ = rays;
   ++frame_;
   for (size_t i = 0; i < objects_.size(); ++i) touched_[i].store(0, std::memory_order_relaxed);
 }
@@ -98,7 +130,7 @@ void AttributeTable::bind(const Scene& scene) {
     const Mesh& mesh = scene.meshes[i];
     meshes_[i].wants_tangents = wants_tangents(scene, mesh);
     if (wants_normals(mesh)) {
-      meshes_[i].rest = mesh.normals.empty() ? Source::computed : Source::stored;
+      meshes_[i].rest = mesh.normals.empty() ? NormalSource::computed : NormalSource::stored;
     }
   }
   objects_.clear();
@@ -109,12 +141,12 @@ void AttributeTable::bind(const Scene& scene) {
     const Mesh& mesh = scene.meshes[scene.objects[i].mesh];
     object.motion = motion_of(mesh, scene.objects[i].skin >= 0);
     object.source = meshes_[scene.objects[i].mesh].rest;
-    if (object.source == Source::none || !deforms(object.motion)) continue;
+    if (object.source == NormalSource::none || !deforms(object.motion)) continue;
     // Stored normals can follow a deformation only if each belongs to one vertex.
-    const bool follows = object.source == Source::stored && mesh.corners.empty() &&
+    const bool follows = object.source == NormalSource::stored && mesh.corners.empty() &&
                          !std::holds_alternative<KeyframeMotion>(object.motion) &&
                          !std::holds_alternative<FreeMotion>(object.motion);
-    object.source = follows ? Source::deformed : Source::computed;
+    object.source = follows ? NormalSource::deformed : NormalSource::computed;
   }
 }
 
@@ -138,66 +170,44 @@ void AttributeTable::refresh_object(uint32_t index) {
   out.mirrored = world_->mirrored(index);
   out.normal_map = cofactor(out.placement);
   out.positions = world_->positions(index);
+  out.source = object.source;
+  out.motion = &object.motion;
+  out.pose = &pose_->objects[index];
   object.frame = frame_;
-  switch (object.source) {
-    case Source::none:
-      break;
-    case Source::stored:
-      out.normals = mesh.normals;
-      if (shared.wants_tangents) out.tangents = mesh.tangents;
-      break;
-    case Source::deformed:
-      object.normals.resize(mesh.normals.size());
-      object.tangents.resize(shared.wants_tangents ? mesh.tangents.size() : 0);
-      deform_attributes(mesh, object.motion, pose_->objects[index], object.normals,
-                        object.tangents);
-      out.normals = object.normals;
-      out.tangents = object.tangents;
-      break;
-    case Source::computed: {
-      const bool rigid = !deforms(object.motion);
-      std::vector<vec3>& normals = rigid ? shared.normals : object.normals;
-      if (!rigid || normals.empty()) compute_normals(shared, mesh, out.positions, normals);
-      out.normals = normals;
-      out.normals_by_vertex = true;
-      break;
-    }
+  out.has_tangents = shared.wants_tangents && (object.source == NormalSource::stored ||
+                                               object.source == NormalSource::deformed);
+  if (object.source == NormalSource::stored) {
+    out.normals = mesh.normals;
+    if (out.has_tangents) out.tangents = mesh.tangents;
+    return;
+  }
+  if (object.source == NormalSource::computed) {
+    if (shared.first.empty()) list_neighbours(mesh, shared.first, shared.triangles);
+    out.first = shared.first;
+    out.triangles = shared.triangles;
+    if (!deforms(object.motion)) out.normals = shared.normals;  // empty the first time
+  }
+  if (object.source != NormalSource::none && out.normals.empty() &&
+      mesh.positions.size() <= rays_) {
+    make_normals(object, shared);
   }
 }
 
-void AttributeTable::compute_normals(MeshEntry& entry, const Mesh& mesh,
-                                     std::span<const vec3> positions, std::vector<vec3>& out) {
-  if (!entry.has_adjacency) {
-    entry.first.assign(positions.size() + 1, 0);
-    entry.triangles.resize(3 * mesh.triangles.size());
-    for (const uvec3& t : mesh.triangles) {
-      for (int k = 0; k < 3; ++k) ++entry.first[t[k] + 1];
-    }
-    for (size_t v = 1; v < entry.first.size(); ++v) entry.first[v] += entry.first[v - 1];
-    std::vector<uint32_t> next(entry.first.begin(), entry.first.end() - 1);
-    for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-      for (int k = 0; k < 3; ++k) entry.triangles[next[mesh.triangles[i][k]]++] = i;
-    }
-    entry.has_adjacency = true;
-  }
-  // A cross product is twice the triangle's area long, so the sum weighs by area.
-  face_normals_.resize(mesh.triangles.size());
-  parallel_for(mesh.triangles.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const uvec3 t = mesh.triangles[i];
-      face_normals_[i] = cross(positions[t.y] - positions[t.x], positions[t.z] - positions[t.x]);
+void AttributeTable::make_normals(ObjectEntry& object, MeshEntry& shared) {
+  ObjectAttributes& out = object.attributes;
+  const size_t count =
+      out.normals_by_vertex() ? out.mesh->positions.size() : out.mesh->normals.size();
+  std::vector<vec3>& normals = deforms(object.motion) ? object.normals : shared.normals;
+  normals.resize(count);
+  object.tangents.resize(out.has_tangents ? out.mesh->tangents.size() : 0);
+  parallel_for(count, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) normals[i] = normal_at(out, static_cast<uint32_t>(i));
+    for (size_t i = begin; i < end && out.has_tangents; ++i) {
+      object.tangents[i] = tangent_at(out, static_cast<uint32_t>(i));
     }
   });
-  out.resize(positions.size());
-  parallel_for(positions.size(), kGrain, [&](size_t begin, size_t end) {
-    for (size_t v = begin; v < end; ++v) {
-      vec3 sum(0.0f);
-      for (uint32_t k = entry.first[v]; k < entry.first[v + 1]; ++k) {
-        sum += face_normals_[entry.triangles[k]];
-      }
-      out[v] = unit_or_zero(sum);
-    }
-  });
+  out.normals = normals;
+  out.tangents = object.tangents;
 }
 
 }  // namespace sinew

@@ -26,6 +26,17 @@ std::vector<Between> places_between(uint32_t size, uint32_t drawn, uint32_t step
   return out;
 }
 
+// Radiance brought into [0, 1) and back. Between the two, a highlight of a thousand times white
+// fades out over its neighbourhood instead of filling all of it.
+vec4 compress(vec4 color) {
+  const float peak = std::max({color.x, color.y, color.z, 0.0f});
+  return vec4(vec3(color) / (1.0f + peak), color.w);
+}
+vec4 expand(vec4 color) {
+  const float peak = std::max({color.x, color.y, color.z});
+  return vec4(vec3(color) / std::max(1.0f - peak, 1e-6f), color.w);
+}
+
 }  // namespace
 
 void start_wave(const DrawnPixels& pixels, uint32_t first, uint32_t last, vec2 offset, Wave& wave) {
@@ -104,9 +115,12 @@ void CoarseToFine::fill(size_t drawn, Image& image) const {
   }
 }
 
-void upsample(const Image& drawn, uint32_t step, Image& out) {
+void upsample(Image& drawn, uint32_t step, Image& out) {
   const std::vector<Between> columns = places_between(out.width, drawn.width, step);
   const std::vector<Between> rows = places_between(out.height, drawn.height, step);
+  parallel_for(drawn.pixels.size(), 4096, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) drawn.pixels[i] = compress(drawn.pixels[i]);
+  });
   parallel_for(out.height, 8, [&](size_t begin, size_t end) {
     for (size_t y = begin; y < end; ++y) {
       const vec4* low = &drawn.pixels[size_t{rows[y].low} * drawn.width];
@@ -114,8 +128,8 @@ void upsample(const Image& drawn, uint32_t step, Image& out) {
       vec4* to = &out.pixels[y * out.width];
       for (uint32_t x = 0; x < out.width; ++x) {
         const auto [left, right, fraction] = columns[x];
-        to[x] = mix(mix(low[left], low[right], fraction), mix(high[left], high[right], fraction),
-                    rows[y].fraction);
+        to[x] = expand(mix(mix(low[left], low[right], fraction),
+                           mix(high[left], high[right], fraction), rows[y].fraction));
       }
     }
   });

@@ -68,7 +68,7 @@ class CoarseToFine {
 
 // Interpolates bilinearly between the drawn pixels, each of which stands at the centre of a square
 // of `step` x `step`; `out` has its size already. Beyond the outermost centres the image goes on
-// unchanged.
-void upsample(const Image& drawn, uint32_t step, Image& out);
+// unchanged. Spoils `drawn`.
+void upsample(Image& drawn, uint32_t step, Image& out);
 
 }  // namespace sinew

@@ -20,9 +20,9 @@ struct RenderScratch {
 
 FrameContext make_context(const World& world, const Scene& scene, const RenderSettings& settings);
 
-// Makes the scratch ready for a frame.
+// Makes the scratch ready for a frame of about so many camera rays.
 void begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
-                 const CameraView& camera, RenderScratch& scratch);
+                 const CameraView& camera, uint64_t rays, RenderScratch& scratch);
 
 // One pass over some tiles: adds `sample` of each pixel, at `offset` in it, with all rays that come
 // of it, to the image.

@@ -125,9 +125,9 @@ FrameContext make_context(const World& world, const Scene& scene, const RenderSe
 }
 
 void begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
-                 const CameraView& camera, RenderScratch& scratch) {
+                 const CameraView& camera, uint64_t rays, RenderScratch& scratch) {
   SINEW_CHECK(pose.objects.size() == scene.objects.size());
-  scratch.attributes.begin_frame(world, scene, pose);
+  scratch.attributes.begin_frame(world, scene, pose, rays);
   gather_lights(scene, pose, camera, scratch.lights);
 }
 
@@ -145,9 +145,10 @@ FrameStats render_frame(const World& world, const Scene& scene, const ScenePose&
   check_settings(settings);
   Tally tally;
   FrameContext frame = make_context(world, scene, settings);
-  begin_frame(world, scene, pose, camera, scratch);
   const uint32_t step = settings.subsampling;
   const TileGrid grid{(settings.width + step - 1) / step, (settings.height + step - 1) / step};
+  begin_frame(world, scene, pose, camera, uint64_t{grid.width} * grid.height * settings.samples,
+              scratch);
   const DrawnPixels pixels{CameraRays(camera, settings.width, settings.height), grid,
                            static_cast<float>(step)};
   Image& drawn = step > 1 ? scratch.drawn : out;

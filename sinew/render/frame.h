@@ -32,7 +32,10 @@ struct RenderSettings {
                                 // centre, and the rest interpolated bilinearly; 1..64
   double time_budget_ms = 0.0;  // > 0: rays that the frame has no time for are left out: breadth-
                                 // first, so that all primary rays come before any other, with one
-                                // primary ray a drawn pixel whatever `samples` says (see budget.h)
+                                // primary ray a drawn pixel whatever `samples` says. Not the same
+                                // bits every time.
+
+  bool operator==(const RenderSettings&) const = default;
 };
 
 // A ray that goes on behind a blended surface counts as the kind it continues.

@@ -90,8 +90,10 @@ vec3 map_normal(const Scene& scene, const ObjectAttributes& object, const Materi
   n.y *= material.normal_scale;
 
   Tangents t;
-  if (!object.tangents.empty()) {
-    const vec4 tangent = interpolate(object.tangents, c.corner, c.weight);
+  if (object.has_tangents) {
+    const vec4 tangent = tangent_at(object, c.corner.x) * c.weight.x +
+                         tangent_at(object, c.corner.y) * c.weight.y +
+                         tangent_at(object, c.corner.z) * c.weight.z;
     t.tangent = vec3(tangent);
     t.bitangent = cross(normal, t.tangent) * (tangent.w < 0.0f ? -1.0f : 1.0f);
   } else {
@@ -155,13 +157,14 @@ void resolve_geometry(const Scene& scene, const ObjectAttributes& object, const 
   out.footprint =
       kRounding * (std::max({reach.x, reach.y, reach.z}) + hit.t * length(ray.direction));
 
-  const bool flat = object.normals.empty() || mesh.parts[mesh.triangle_part[hit.primitive]].flat;
+  const bool flat =
+      object.source == NormalSource::none || mesh.parts[mesh.triangle_part[hit.primitive]].flat;
   const float face_length = length(face);
   vec3 normal = face_length > 0.0f ? face / face_length : vec3(0.0f);
   if (!flat) {
-    const uvec3 index = object.normals_by_vertex ? c.vertex : c.corner;
-    const vec3 corner_normal[3] = {object.normals[index.x], object.normals[index.y],
-                                   object.normals[index.z]};
+    const uvec3 index = object.normals_by_vertex() ? c.vertex : c.corner;
+    const vec3 corner_normal[3] = {normal_at(object, index.x), normal_at(object, index.y),
+                                   normal_at(object, index.z)};
     const vec3 mean = corner_normal[0] * c.weight.x + corner_normal[1] * c.weight.y +
                       corner_normal[2] * c.weight.z;
     const float mean_length = length(mean);

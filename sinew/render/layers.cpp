@@ -91,7 +91,7 @@ void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
   out.traversal.resize(choice.traversal ? pixels : 0);
   if (!choice.any_traced()) return;
   scratch.hits.resize(pixels);
-  if (choice.normal) scratch.attributes.begin_frame(world, scene, pose);
+  if (choice.normal) scratch.attributes.begin_frame(world, scene, pose, pixels);
 
   const Pass pass{world,  scene,   camera, CameraRays(camera, width, height),
                   choice, scratch, out,    needs_filter(scene)};

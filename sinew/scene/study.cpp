@@ -9,14 +9,15 @@ namespace sinew {
 namespace {
 
 using Maker = Result<Scene> (*)(const StudyArguments&);
-constexpr std::array<Maker, 5> kMakers{make_creature, make_twist, make_soup, make_fracture,
-                                       make_bodies};
+constexpr std::array<Maker, 8> kMakers{make_creature, make_twist,  make_soup,  make_fracture,
+                                       make_bodies,   make_cell24, make_cloth, make_herd};
 
 }  // namespace
 
 std::span<const StudyInfo> study_scenes() {
-  static const std::array<StudyInfo, kMakers.size()> infos{creature_info, twist_info, soup_info,
-                                                           fracture_info, bodies_info};
+  static const std::array<StudyInfo, kMakers.size()> infos{creature_info, twist_info,  soup_info,
+                                                           fracture_info, bodies_info, cell24_info,
+                                                           cloth_info,    herd_info};
   return infos;
 }
 

@@ -27,7 +27,7 @@ struct BodyDesc {
   std::span<const uvec3> triangles;
   Motion motion;    // views must outlive the world
   Pose build_pose;  // the pose for which the tree is built; if it is not present, at rest
-  BuildConfig build;
+  BuildConfig build{};
 };
 
 struct ObjectDesc {
@@ -105,7 +105,7 @@ class World {
 
 struct PrepareOptions {
   std::string clip;  // name or index; empty: the first clip if there is one; "rest": none
-  BuildConfig build;
+  BuildConfig build{};
 };
 
 // Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.

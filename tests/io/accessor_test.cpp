@@ -15,8 +15,8 @@ class AccessorTest : public testing::Test {
   Result<std::vector<T>> read_last(Numbers numbers, uint32_t components = kAnyComponents) {
     builder_.json["test"] = {{"it", builder_.json["accessors"].size() - 1}};
     MemoryBudget budget(uint64_t{1} << 30);
-    SINEW_TRY(const Asset asset, open_asset(folder_.write("a.glb", builder_.glb()), budget));
-    SINEW_TRY(const AccessorReader reader, AccessorReader::create(asset, warnings_));
+    SINEW_TRY(const Asset asset, open_asset("a.glb", builder_.glb(), budget));
+    SINEW_TRY(const AccessorReader reader, AccessorReader::create(asset, budget, warnings_));
     SINEW_TRY(const Json owner, asset.root().object("test"));
     SINEW_TRY(const Accessor accessor, reader.find(owner, "it", components, numbers));
     std::vector<T> values(size_t{accessor.count} * accessor.components);

@@ -61,7 +61,7 @@ class GltfBuilder {
 
   std::string glb() const {
     nlohmann::json whole = json;
-    if (!bytes.empty()) whole["buffers"] = {{{"byteLength", bytes.size()}}};
+    if (!bytes.empty()) whole["buffers"][size_t{0}] = {{"byteLength", bytes.size()}};
     std::string text = whole.dump();
     text.resize((text.size() + 3) / 4 * 4, ' ');
     std::string binary = bytes;
@@ -75,8 +75,9 @@ class GltfBuilder {
   std::string gltf() const {
     nlohmann::json whole = json;
     if (!bytes.empty()) {
-      whole["buffers"] = {{{"byteLength", bytes.size()},
-                           {"uri", "data:application/octet-stream;base64," + base64(bytes)}}};
+      whole["buffers"][size_t{0}] = {
+          {"byteLength", bytes.size()},
+          {"uri", "data:application/octet-stream;base64," + base64(bytes)}};
     }
     return whole.dump();
   }

@@ -76,6 +76,50 @@ TEST(GltfMaterial, EveryNumberIsRead) {
   expect_contains(load_error(b), "material 0: \"alphaMode\" is \"GLASS\"");
 }
 
+TEST(GltfMaterial, ReflectanceAndTransmissionAreRead) {
+  GltfBuilder b =
+      with_material({{"extensions",
+                      {{"KHR_materials_ior", {{"ior", 1.25}}},
+                       {"KHR_materials_specular",
+                        {{"specularFactor", 0.5}, {"specularColorFactor", {2.0, 1.0, 0.25}}}},
+                       {"KHR_materials_transmission", {{"transmissionFactor", 0.75}}},
+                       {"KHR_materials_volume",
+                        {{"thicknessFactor", 0.01},
+                         {"attenuationDistance", 3.0},
+                         {"attenuationColor", {0.5, 0.25, 0.125}}}}}}});
+  b.json["extensionsUsed"] = {"KHR_materials_ior", "KHR_materials_specular",
+                              "KHR_materials_transmission", "KHR_materials_volume"};
+  const Scene scene = load_or_fail(b);
+  EXPECT_TRUE(scene.warnings.empty());
+  const Material m = scene.materials.at(0);
+  EXPECT_EQ(m.ior, 1.25f);
+  EXPECT_EQ(m.specular, 0.5f);
+  EXPECT_EQ(m.specular_color, vec3(2.0f, 1.0f, 0.25f));
+  EXPECT_EQ(m.transmission, 0.75f);
+  EXPECT_FALSE(m.thin);
+  EXPECT_EQ(m.attenuation_distance, 3.0f);
+  EXPECT_EQ(m.attenuation_color, vec3(0.5f, 0.25f, 0.125f));
+
+  json& extensions = b.json["materials"][0]["extensions"];
+  extensions["KHR_materials_volume"]["thicknessFactor"] = 0.0;
+  EXPECT_TRUE(load_or_fail(b).materials.at(0).thin);
+  extensions["KHR_materials_specular"]["specularTexture"] = {{"index", 0}};
+  expect_contains(load_or_fail(b).warnings.at(0), "textures of KHR_materials_specular");
+}
+
+TEST(GltfMaterial, ReflectanceOutsideItsRangeIsClamped) {
+  const auto read = [](const char* name, const json& values) {
+    return load_or_fail(with_material({{"extensions", {{name, values}}}})).materials.at(0);
+  };
+  EXPECT_GT(read("KHR_materials_ior", {{"ior", 0}}).ior, 100.0f);  // stands for a mirror
+  EXPECT_EQ(read("KHR_materials_ior", {{"ior", 0.5}}).ior, 1.0f);
+  EXPECT_EQ(read("KHR_materials_specular", {{"specularFactor", -1}}).specular, 0.0f);
+  EXPECT_EQ(read("KHR_materials_transmission", {{"transmissionFactor", 7}}).transmission, 1.0f);
+  EXPECT_EQ(read("KHR_materials_volume", {{"attenuationDistance", -2}}).attenuation_distance, 0.0f);
+  EXPECT_EQ(read("KHR_materials_transmission", json::object()).transmission, 0.0f);
+  EXPECT_TRUE(read("KHR_materials_volume", json::object()).thin);
+}
+
 TEST(GltfMaterial, TexturesSamplersAndTransforms) {
   GltfBuilder b = with_material(
       {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", 1}, {"texCoord", 1}}}}},

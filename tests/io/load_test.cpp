@@ -49,8 +49,8 @@ using Load = LoadTest;
 TEST_F(Load, TheExtensionDecidesInAnyCase) {
   folder.write("Walk.OBJ", triangle(0));
   EXPECT_EQ(expect_scene("Walk.OBJ").name, "Walk");
-  folder.write("a.ply", "ply");
-  expect_error(folder.path("a.ply"), "\".ply\" are not supported (give .gltf, .glb, .obj");
+  folder.write("a.stl", "solid");
+  expect_error(folder.path("a.stl"), "\".stl\" are not supported (give .gltf, .glb, .obj, .ply");
   expect_error(folder.path("a"), "no extension");
   expect_error("", "no extension");
   expect_error(folder.path("none.obj"), "does not exist");

@@ -1,4 +1,4 @@
-#include "sinew/io/obj/obj.h"
+#include "sinew/io/polygon/scene.h"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@ namespace {
 
 Result<Scene> load_text(const std::string& text, const LoadOptions& options = {}) {
   TemporaryFolder folder;
-  return load_obj(folder.write("a.obj", text), options);
+  return load_polygons(folder.write("a.obj", text), options);
 }
 
 const Mesh& mesh_of(const Result<Scene>& scene) {
@@ -183,8 +183,8 @@ struct MaterialTest : testing::Test {
   TemporaryFolder folder;
   Result<Scene> load(const std::string& mtl, const LoadOptions& options = {}) {
     folder.write("a.mtl", mtl);
-    return load_obj(folder.write("a.obj", "mtllib a.mtl\n" + kQuad + "usemtl m\nf 1/1 2/2 3/3\n"),
-                    options);
+    return load_polygons(
+        folder.write("a.obj", "mtllib a.mtl\n" + kQuad + "usemtl m\nf 1/1 2/2 3/3\n"), options);
   }
 };
 
@@ -250,7 +250,7 @@ TEST_F(ObjMaterial, MissingFilesWarn) {
   EXPECT_EQ(other->materials[0].base_color, vec4(0.8f, 0.8f, 0.8f, 1)) << "a matt light grey";
   EXPECT_TRUE(any_contains(other->warnings, "1 materials are not defined"));
   std::filesystem::remove(folder.path("a.mtl"));
-  const auto no_library = load_obj(folder.path("a.obj"), {});
+  const auto no_library = load_polygons(folder.path("a.obj"), {});
   mesh_of(no_library);
   EXPECT_TRUE(any_contains(no_library->warnings, "\"a.mtl\" is missing"));
 }
@@ -284,7 +284,7 @@ TEST_F(ObjMaterial, NothingOutsideTheFolderIsRead) {
     EXPECT_NE(scene.error().problem.find("outside"), std::string::npos) << name;
   }
   EXPECT_FALSE(
-      load_obj(folder.write("b.obj", "mtllib ../../etc/passwd\n" + kQuad + "f 1 2 3\n"), {}));
+      load_polygons(folder.write("b.obj", "mtllib ../../etc/passwd\n" + kQuad + "f 1 2 3\n"), {}));
 }
 
 TEST_F(ObjMaterial, DamagedLibrariesAndMapsAreErrors) {
@@ -325,27 +325,27 @@ struct HostileObj : testing::Test {
     folder.write("a.mtl", kSmallMtl);
     folder.write("a.obj", kSmallObj);
     ASSERT_TRUE(write_png(folder.path("a.png"), solid(1, 2, 3)));
-    ASSERT_TRUE(load_obj(folder.path("a.obj"), {}));
+    ASSERT_TRUE(load_polygons(folder.path("a.obj"), {}));
   }
 };
 
 TEST_F(HostileObj, EveryTruncation) {
   for_every_truncation(kSmallObj, [&](const std::string& bytes) {
-    expect_scene_or_error(load_obj(folder.write("b.obj", bytes), {}));
+    expect_scene_or_error(load_polygons(folder.write("b.obj", bytes), {}));
   });
   for_every_truncation(kSmallMtl, [&](const std::string& bytes) {
     folder.write("a.mtl", bytes);
-    expect_scene_or_error(load_obj(folder.path("a.obj"), {}));
+    expect_scene_or_error(load_polygons(folder.path("a.obj"), {}));
   });
 }
 
 TEST_F(HostileObj, RandomPatches) {
   for_random_patches(kSmallObj, 4000, 31, [&](const std::string& bytes) {
-    expect_scene_or_error(load_obj(folder.write("b.obj", bytes), {}));
+    expect_scene_or_error(load_polygons(folder.write("b.obj", bytes), {}));
   });
   for_random_patches(kSmallMtl, 4000, 32, [&](const std::string& bytes) {
     folder.write("a.mtl", bytes);
-    expect_scene_or_error(load_obj(folder.path("a.obj"), {}));
+    expect_scene_or_error(load_polygons(folder.path("a.obj"), {}));
   });
 }
 
@@ -366,12 +366,12 @@ TEST_F(HostileObj, AbsurdShapes) {
 
 TEST(Obj, RealFilesHoldWhatTheirReadmeSays) {
   SINEW_DATA_OR_SKIP(data, "vertex-cache");
-  const auto cloth = load_obj(data + "/cloth-drapes/base.obj", {});
+  const auto cloth = load_polygons(data + "/cloth-drapes/base.obj", {});
   EXPECT_EQ(mesh_of(cloth).positions.size(), 58'081u);
   EXPECT_EQ(mesh_of(cloth).triangles.size(), 115'200u);
   EXPECT_TRUE(mesh_of(cloth).normals.empty());
   EXPECT_EQ(mesh_of(cloth).texcoords[0].size(), 58'081u);
-  const auto face = load_obj(data + "/ict-facekit/generic_neutral_mesh.obj", {});
+  const auto face = load_polygons(data + "/ict-facekit/generic_neutral_mesh.obj", {});
   EXPECT_EQ(mesh_of(face).positions.size(), 26'719u);
   EXPECT_EQ(mesh_of(face).triangles.size(), 52'220u);
   EXPECT_EQ(mesh_of(face).parts.size(), 12u);

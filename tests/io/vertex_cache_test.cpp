@@ -140,6 +140,92 @@ TEST_F(Pc2, NonsenseIsNamed) {
   EXPECT_FALSE(load(make_pc2(3), {.memory_limit = 300}));
 }
 
+template <class T>
+void append_turned(std::string& bytes, T value) {
+  std::string turned;
+  append(turned, value);
+  bytes.append(turned.rbegin(), turned.rend());
+}
+
+// Sample i lifts the four points of kBase to z = i.
+std::string make_mdd(const std::vector<float>& times) {
+  std::string bytes;
+  append_turned(bytes, static_cast<int32_t>(times.size()));
+  append_turned(bytes, int32_t{4});
+  for (const float time : times) append_turned(bytes, time);
+  for (size_t i = 0; i < times.size(); ++i) {
+    for (const vec2 p : {vec2(0, 0), vec2(1, 0), vec2(0, 1), vec2(5, 5)}) {
+      append_turned(bytes, p.x);
+      append_turned(bytes, p.y);
+      append_turned(bytes, static_cast<float>(i));
+    }
+  }
+  return bytes;
+}
+
+struct MddTest : testing::Test {
+  TemporaryFolder folder;
+  Result<Scene> load(const std::string& mdd, const LoadOptions& options = {}) {
+    return load_vertex_cache(folder.write("base.obj", kBase), folder.write("a.mdd", mdd), options);
+  }
+};
+
+using Mdd = MddTest;
+
+TEST_F(Mdd, SamplesAreAtTheFilesOwnTimes) {
+  const auto scene = load(make_mdd({0.5f, 1.0f, 3.0f}));
+  ASSERT_TRUE(scene) << scene.error().message();
+  EXPECT_EQ(validate(*scene), "");
+  EXPECT_TRUE(scene->warnings.empty());
+  EXPECT_EQ(scene->meshes[0].keys, 3u);
+  EXPECT_EQ(scene->clips[0].start, 0.5);
+  EXPECT_EQ(scene->clips[0].end, 3.0);
+  EXPECT_EQ(scene->default_frames, 61);
+  ScenePose pose;
+  std::vector<vec3> positions(4);
+  for (const vec2 time_and_z : {vec2(0.5f, 0), vec2(0.75f, 0.5f), vec2(2.0f, 1.5f), vec2(9, 2)}) {
+    sample(*scene, 0, time_and_z.x, pose);
+    world_positions(*scene, pose, 0, positions);
+    EXPECT_NEAR(positions[1].z, time_and_z.y, 1e-5f);
+    EXPECT_EQ(positions[3].x, 5.0f);
+  }
+}
+
+TEST_F(Mdd, TimesThatDoNotRiseAreReplaced) {
+  const auto scene = load(make_mdd({0, 0, 0}) + "x");
+  ASSERT_TRUE(scene) << scene.error().message();
+  ASSERT_EQ(scene->warnings.size(), 2u);
+  EXPECT_EQ(scene->warnings[0], "1 bytes after the last sample: ignored");
+  EXPECT_EQ(scene->warnings[1],
+            "the times of the samples do not rise: taken as 24 samples a second");
+  EXPECT_FLOAT_EQ(static_cast<float>(scene->clips[0].end), 2.0f / 24.0f);
+}
+
+TEST_F(Mdd, BadFilesEndInErrorsOrValidScenes) {
+  const std::string whole = make_mdd({0.0f, 0.1f, 0.2f});
+  for_every_truncation(whole, [&](const std::string& bytes) {
+    const auto scene = load(bytes);
+    ASSERT_FALSE(scene);
+    EXPECT_EQ(scene.error().kind, ErrorKind::bad_input);
+    EXPECT_EQ(scene.error().file, folder.path("a.mdd"));
+  });
+  for_random_patches(whole, 2000, 43, [&](const std::string& bytes) {
+    const auto scene = load(bytes);
+    if (scene) {
+      EXPECT_EQ(validate(*scene), "");
+    } else {
+      EXPECT_EQ(scene.error().kind, ErrorKind::bad_input);
+    }
+  });
+  constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+  const auto no_time = load(make_mdd({0.0f, kNan}));
+  ASSERT_FALSE(no_time);
+  EXPECT_EQ(no_time.error().element, "sample 1");
+  EXPECT_FALSE(load(whole, {.memory_limit = 300}));
+  EXPECT_FALSE(load(std::string("\x7f\xff\xff\xff\x7f\xff\xff\xff", 8) + whole));
+  EXPECT_FALSE(load(std::string("\xff\xff\xff\xff\x00\x00\x00\x04", 8) + whole));
+}
+
 TEST(Pc2Data, RealCachesHoldWhatTheirReadmeSays) {
   SINEW_DATA_OR_SKIP(data, "vertex-cache");
   const auto cloth =

@@ -13,7 +13,7 @@ using test::TestScene;
 Surface middle(TestScene& t, float x = 0.01f, float y = 0.02f) {
   const World world = t.prepare_world();
   AttributeTable attributes;
-  attributes.begin_frame(world, t.scene, world.pose());
+  attributes.begin_frame(world, t.scene, world.pose(), 1u << 20);
   const Ray ray{vec3(x, y, 10.0f), 0.0f, vec3(0.0f, 0.0f, -2.0f)};
   const auto hit = world.closest_hit(ray);
   EXPECT_TRUE(hit.has_value());

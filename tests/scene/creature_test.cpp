@@ -167,8 +167,8 @@ TEST(Creature, StaysAboveTheGroundAndMovesAllLegs) {
   for (uint32_t leg = 0; leg < kCreatureLegs; ++leg) {
     float low = 1.0f, high = 0.0f;
     for (int step = 0; step < 48; ++step) {
-      const JointFrames frames = joint_frames(walk_pose({}, static_cast<float>(step) / 48.0f));
-      const float y = frames.position[leg_joint(leg, kToes)].y;
+      const CreatureFrames frames = joint_frames(walk_pose({}, static_cast<float>(step) / 48.0f));
+      const float y = frames[leg_joint(leg, kToes)].position.y;
       low = std::min(low, y);
       high = std::max(high, y);
     }

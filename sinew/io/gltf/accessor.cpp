@@ -152,38 +152,61 @@ Result<void> read_all(const Accessor& accessor, std::span<Target> out) {
 
 }  // namespace
 
-Result<AccessorReader> AccessorReader::create(const Asset& asset, Warnings& warnings) {
+Result<Json> meshopt_extension(const Json& owner) {
+  SINEW_TRY(const Json extensions, owner.object("extensions"));
+  return extensions.object(extensions.has("EXT_meshopt_compression") ? "EXT_meshopt_compression"
+                                                                     : "KHR_meshopt_compression");
+}
+
+Result<AccessorReader> AccessorReader::create(const Asset& asset, MemoryBudget& budget,
+                                              Warnings& warnings) {
   AccessorReader reader(asset, warnings);
   SINEW_TRY(reader.accessors_, asset.root().objects("accessors", "accessor"));
   SINEW_TRY(reader.views_, asset.root().objects("bufferViews", "buffer view"));
+  SINEW_CHECKED(reader.decode_views(budget));
   return reader;
+}
+
+// Where the uncompressed bytes are there too, they are exact and need no decoder.
+Result<void> AccessorReader::decode_views(MemoryBudget& budget) {
+  decoded_views_.resize(views_.size());
+  for (size_t i = 0; i < views_.size(); ++i) {
+    SINEW_TRY(const Json extension, meshopt_extension(views_[i]));
+    if (!extension.has("buffer")) continue;
+    SINEW_TRY(const uint32_t buffer, views_[i].required_index("buffer", asset_->buffers.size()));
+    if (!asset_->buffer_missing[buffer]) continue;
+    SINEW_TRY(const std::span<const uint8_t> bytes, range(extension));
+    SINEW_TRY(decoded_views_[i], decode_meshopt(extension, bytes, budget));
+  }
+  return {};
+}
+
+// The bytes that the members "buffer", "byteOffset" and "byteLength" of `owner` mean.
+Result<std::span<const uint8_t>> AccessorReader::range(const Json& owner) const {
+  SINEW_TRY(const uint32_t buffer, owner.required_index("buffer", asset_->buffers.size()));
+  if (asset_->buffer_missing[buffer]) {
+    return owner.error(fmt::format("refers to buffer {}, which has no data", buffer));
+  }
+  const std::string& data = asset_->buffers[buffer];
+  SINEW_TRY(const uint64_t offset, owner.unsigned_number("byteOffset", 0, kLargestSize));
+  SINEW_TRY(const uint64_t length, owner.unsigned_number("byteLength", 0, kLargestSize));
+  if (length == 0) return owner.error("has no \"byteLength\", or one of 0");
+  if (offset + length > data.size()) {
+    return owner.error(fmt::format("reaches past the end of buffer {} ({} + {} of {} bytes)",
+                                   buffer, offset, length, data.size()));
+  }
+  return std::span(reinterpret_cast<const uint8_t*>(data.data()) + offset, length);
 }
 
 Result<AccessorReader::View> AccessorReader::find_view(const Json& owner, const char* key) const {
   SINEW_TRY(const uint32_t index, owner.required_index(key, views_.size()));
-  const Json& json = views_[index];
-  SINEW_TRY(const uint32_t buffer, json.required_index("buffer", asset_->buffers.size()));
-  SINEW_TRY(const Json extensions, json.object("extensions"));
-  for (const char* name : {"EXT_meshopt_compression", "KHR_meshopt_compression"}) {
-    if (extensions.has(name) && asset_->buffer_missing[buffer]) {
-      return json.error(fmt::format("is compressed with {}, which is not supported yet", name),
-                        "export the file without compression");
-    }
+  if (const DecodedView& view = decoded_views_[index]; !view.bytes.empty()) {
+    return View{{reinterpret_cast<const uint8_t*>(view.bytes.data()), view.bytes.size()},
+                view.stride};
   }
-  if (asset_->buffer_missing[buffer]) {
-    return json.error(fmt::format("refers to buffer {}, which has no data", buffer));
-  }
-  const std::string& data = asset_->buffers[buffer];
-  SINEW_TRY(const uint64_t offset, json.unsigned_number("byteOffset", 0, kLargestSize));
-  SINEW_TRY(const uint64_t length, json.unsigned_number("byteLength", 0, kLargestSize));
-  SINEW_TRY(const uint64_t stride, json.unsigned_number("byteStride", 0, kLargestStride));
-  if (length == 0) return json.error("has no \"byteLength\", or one of 0");
-  if (offset + length > data.size()) {
-    return json.error(fmt::format("reaches past the end of buffer {} ({} + {} of {} bytes)", buffer,
-                                  offset, length, data.size()));
-  }
-  const uint8_t* const bytes = reinterpret_cast<const uint8_t*>(data.data());
-  return View{{bytes + offset, length}, static_cast<uint32_t>(stride)};
+  SINEW_TRY(const std::span<const uint8_t> bytes, range(views_[index]));
+  SINEW_TRY(const uint64_t stride, views_[index].unsigned_number("byteStride", 0, kLargestStride));
+  return View{bytes, static_cast<uint32_t>(stride)};
 }
 
 Result<std::span<const uint8_t>> AccessorReader::view_bytes(const Json& owner,
@@ -251,8 +274,8 @@ Result<void> AccessorReader::find_sparse(Accessor& accessor) const {
   return {};
 }
 
-Result<Accessor> AccessorReader::find(const Json& owner, const char* key, uint32_t components,
-                                      Numbers numbers) const {
+Result<Accessor> AccessorReader::describe(const Json& owner, const char* key, uint32_t components,
+                                          Numbers numbers) const {
   SINEW_TRY(const uint32_t index, owner.required_index(key, accessors_.size()));
   Accessor accessor;
   accessor.json = accessors_[index];
@@ -268,6 +291,12 @@ Result<Accessor> AccessorReader::find(const Json& owner, const char* key, uint32
   SINEW_TRY(const uint64_t count, json.unsigned_number("count", 0, kLargestSize));
   if (count == 0) return json.error("has no elements");
   accessor.count = static_cast<uint32_t>(count);
+  return accessor;
+}
+
+Result<Accessor> AccessorReader::find(const Json& owner, const char* key, uint32_t components,
+                                      Numbers numbers) const {
+  SINEW_TRY(Accessor accessor, describe(owner, key, components, numbers));
   SINEW_CHECKED(find_elements(accessor));
   SINEW_CHECKED(find_sparse(accessor));
   return accessor;

@@ -10,6 +10,7 @@
 #include "sinew/base/error.h"
 #include "sinew/io/gltf/asset.h"
 #include "sinew/io/gltf/json.h"
+#include "sinew/io/gltf/meshopt.h"
 #include "sinew/io/gltf/warnings.h"
 
 namespace sinew::gltf {
@@ -44,11 +45,16 @@ struct Accessor {
 
 class AccessorReader {
  public:
-  static Result<AccessorReader> create(const Asset& asset, Warnings& warnings);
+  // Decodes compressed buffer views.
+  static Result<AccessorReader> create(const Asset& asset, MemoryBudget& budget,
+                                       Warnings& warnings);
 
   // The accessor that `owner`'s member `key` refers to, checked in full.
   Result<Accessor> find(const Json& owner, const char* key, uint32_t components,
                         Numbers numbers) const;
+  // The same, but what the accessor stands for is not looked for: all elements are zero.
+  Result<Accessor> describe(const Json& owner, const char* key, uint32_t components,
+                            Numbers numbers) const;
   // The bytes of the buffer view that `owner`'s member `key` refers to.
   Result<std::span<const uint8_t>> view_bytes(const Json& owner, const char* key) const;
 
@@ -58,6 +64,8 @@ class AccessorReader {
     uint32_t stride = 0;  // 0: tightly packed
   };
   AccessorReader(const Asset& asset, Warnings& warnings) : asset_(&asset), warnings_(&warnings) {}
+  Result<std::span<const uint8_t>> range(const Json& owner) const;
+  Result<void> decode_views(MemoryBudget& budget);
   Result<View> find_view(const Json& owner, const char* key) const;
   Result<const uint8_t*> packed(const Json& owner, uint64_t count, uint64_t element_size) const;
   Result<void> find_elements(Accessor& accessor) const;
@@ -67,6 +75,7 @@ class AccessorReader {
   Warnings* warnings_;
   std::vector<Json> accessors_;
   std::vector<Json> views_;
+  std::vector<DecodedView> decoded_views_;  // one a view
 };
 
 // All elements, converted: out has accessor.count * accessor.components entries. Values that are

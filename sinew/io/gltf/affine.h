@@ -20,4 +20,11 @@ struct Transform {
 // The transform that makes this matrix; nothing if it shears or flattens.
 std::optional<Transform> decompose(const Affine& matrix);
 
+// Any map, shearing or flat, as two that glTF nodes can be: `outer` after `inner`.
+struct TransformPair {
+  Transform outer;
+  quat inner = glm::identity<quat>();  // the identity unless the map shears
+};
+TransformPair decompose_any(const Affine& matrix);
+
 }  // namespace sinew::gltf

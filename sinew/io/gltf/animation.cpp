@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "sinew/io/gltf/affine.h"
+#include "sinew/io/gltf/extras.h"
 
 namespace sinew::gltf {
 namespace {
@@ -19,14 +20,6 @@ std::optional<ChannelPath> path_of(const std::string& name) {
   if (name == "scale") return ChannelPath::scale;
   if (name == "weights") return ChannelPath::weights;
   return std::nullopt;
-}
-
-Result<Interpolation> interpolation_of(const Json& sampler) {
-  SINEW_TRY(const std::string name, sampler.text("interpolation", "LINEAR"));
-  if (name == "STEP") return Interpolation::step;
-  if (name == "LINEAR") return Interpolation::linear;
-  if (name == "CUBICSPLINE") return Interpolation::cubic_spline;
-  return sampler.error("\"interpolation\" is \"" + name + "\", not STEP, LINEAR or CUBICSPLINE");
 }
 
 // Makes times rise strictly. Two keys at one time are a jump: the second moves to the next float,
@@ -83,6 +76,7 @@ class AnimationReader {
   Result<void> read_channel(const Json& json, std::span<const Json> samplers, Clip& clip);
   Result<void> read_keys(const Json& sampler, Channel& channel);
   bool make_animatable(const Json& json, Node& node);
+  Result<void> as_visibility(const Json& json, Channel& channel);
 
   const Reader& reader_;
   std::span<const NodePlace> places_;
@@ -125,8 +119,23 @@ bool AnimationReader::make_animatable(const Json& json, Node& node) {
   return true;
 }
 
+// The scale of a node that only shows and hides: of x, y, z the first says it all.
+Result<void> AnimationReader::as_visibility(const Json& json, Channel& channel) {
+  if (channel.path != ChannelPath::scale || channel.interpolation != Interpolation::step) {
+    return json.error("animates more than the visibility of a node made for that");
+  }
+  channel.path = ChannelPath::visibility;
+  channel.width = 1;
+  for (size_t key = 0; key < channel.times.size(); ++key) {
+    channel.values[key] = channel.values[3 * key];
+  }
+  channel.values.resize(channel.times.size());
+  return {};
+}
+
 Result<void> AnimationReader::read_channel(const Json& json, std::span<const Json> samplers,
                                            Clip& clip) {
+  if (has_flag(json, kHoldExtra)) return {};
   SINEW_TRY(const Json target, json.object("target"));
   SINEW_TRY(const std::string path_name, target.text("path"));
   SINEW_TRY(const auto json_node, target.index("node", places_.size()));
@@ -152,7 +161,7 @@ Result<void> AnimationReader::read_channel(const Json& json, std::span<const Jso
       reader_.warnings.add(json.element(), "animates weights of a mesh without targets; ignored");
       return {};
     }
-  } else if (!make_animatable(json, scene_.nodes[channel.node])) {
+  } else if (!place.visibility && !make_animatable(json, scene_.nodes[channel.node])) {
     return {};
   }
   SINEW_TRY(const uint32_t sampler, json.required_index("sampler", samplers.size()));
@@ -162,6 +171,9 @@ Result<void> AnimationReader::read_channel(const Json& json, std::span<const Jso
   }
   if (*path == ChannelPath::rotation && repair_rotations(channel) > 0) {
     reader_.warnings.add(json.element(), "a rotation has no length; taken as no rotation");
+  }
+  if (place.visibility) {
+    SINEW_CHECKED(as_visibility(json, channel));
   }
   if (*path != ChannelPath::weights) {
     clip.channels.push_back(std::move(channel));
@@ -185,6 +197,7 @@ Result<Clip> AnimationReader::read(const Json& json, size_t index) {
   for (const Json& channel : channels) {
     SINEW_CHECKED(read_channel(channel, samplers, clip));
   }
+  SINEW_CHECKED(read_cache_keys(reader_, json, places_, scene_, clip));
   if (clip.channels.empty()) return clip;
   clip.start = std::numeric_limits<double>::max();
   clip.end = std::numeric_limits<double>::lowest();
@@ -192,10 +205,19 @@ Result<Clip> AnimationReader::read(const Json& json, size_t index) {
     clip.start = std::min(clip.start, double{channel.times.front()});
     clip.end = std::max(clip.end, double{channel.times.back()});
   }
+  SINEW_CHECKED(read_extent(json, clip));
   return clip;
 }
 
 }  // namespace
+
+Result<Interpolation> interpolation_of(const Json& sampler) {
+  SINEW_TRY(const std::string name, sampler.text("interpolation", "LINEAR"));
+  if (name == "STEP") return Interpolation::step;
+  if (name == "LINEAR") return Interpolation::linear;
+  if (name == "CUBICSPLINE") return Interpolation::cubic_spline;
+  return sampler.error("\"interpolation\" is \"" + name + "\", not STEP, LINEAR or CUBICSPLINE");
+}
 
 Result<void> read_animations(const Reader& reader, std::span<const NodePlace> places,
                              Scene& scene) {

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "sinew/io/asset_folder.h"
+#include "sinew/io/gltf/meshopt.h"
 #include "sinew/io/gltf/uri.h"
 #include "sinew/io/output_file.h"
 
@@ -100,6 +101,12 @@ Result<void> load_buffers(Asset& asset, std::string binary, bool has_binary, Mem
   for (size_t i = 0; i < buffers.size(); ++i) {
     SINEW_TRY(const uint64_t size,
               buffers[i].unsigned_number("byteLength", 0, std::numeric_limits<uint32_t>::max()));
+    SINEW_TRY(const Json compression, meshopt_extension(buffers[i]));
+    SINEW_TRY(const bool is_fallback, compression.boolean("fallback", false));
+    if (is_fallback && meshopt_available()) {  // only readers that cannot decompress need it
+      asset.buffer_missing[i] = true;
+      continue;
+    }
     if (buffers[i].has("uri")) {
       SINEW_TRY(asset.buffers[i], load_uri(asset, buffers[i], budget));
     } else if (i == 0 && has_binary) {
@@ -148,11 +155,10 @@ Result<std::string> load_uri(const Asset& asset, const Json& owner, MemoryBudget
   return bytes;
 }
 
-Result<Asset> open_asset(const std::string& path, MemoryBudget& budget) {
+Result<Asset> open_asset(const std::string& path, std::string bytes, MemoryBudget& budget) {
   Asset asset;
   asset.file = path;
   asset.folder = asset_folder(path);
-  SINEW_TRY(std::string bytes, read_file(path, budget.left()));
   if (bytes.empty()) return damaged(path, "is empty");
   Chunks chunks{.json_size = bytes.size()};
   const bool binary = bytes.size() >= 4 && read_u32(bytes, 0) == kMagic;

@@ -38,7 +38,8 @@ struct Asset {
   Json root() const { return document->root(); }
 };
 
-Result<Asset> open_asset(const std::string& path, MemoryBudget& budget);
+// `bytes` are those of the file `path`.
+Result<Asset> open_asset(const std::string& path, std::string bytes, MemoryBudget& budget);
 
 // The bytes that the "uri" of `owner` (a buffer or an image) means.
 Result<std::string> load_uri(const Asset& asset, const Json& owner, MemoryBudget& budget);

@@ -9,31 +9,38 @@
 #include <algorithm>
 #include <array>
 #include <string_view>
+#include <utility>
 
 #include "sinew/io/gltf/animation.h"
+#include "sinew/io/gltf/extras.h"
 #include "sinew/io/gltf/material.h"
 #include "sinew/io/gltf/mesh.h"
 #include "sinew/io/gltf/node.h"
 #include "sinew/io/gltf/view.h"
+#include "sinew/io/output_file.h"
 
 namespace sinew {
 namespace gltf {
 namespace {
 
-constexpr std::array<std::string_view, 9> kSupported = {
+constexpr std::array<std::string_view, 16> kSupported = {
     "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "KHR_draco_mesh_compression",
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
+    "KHR_materials_ior",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_specular",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
+    "KHR_materials_volume",
     "KHR_mesh_quantization",
+    "KHR_meshopt_compression",
     "KHR_node_visibility",
     "KHR_texture_transform",
     "KHR_xmp_json_ld",  // describes the asset, changes nothing that is seen
 };
-
-constexpr std::array<std::string_view, 3> kCompression = {
-    "KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"};
 
 template <size_t N>
 bool contains(const std::array<std::string_view, N>& names, std::string_view name) {
@@ -44,11 +51,8 @@ Result<void> check_extensions(const Json& root, Warnings& warnings) {
   SINEW_TRY(const std::vector<std::string> required, root.texts("extensionsRequired"));
   for (const std::string& name : required) {
     if (contains(kSupported, name)) continue;
-    const bool compression = contains(kCompression, name);
-    return root.error(fmt::format("needs the extension {}, which is not supported{}", name,
-                                  compression ? " yet" : ""),
-                      compression ? "export the file without compression"
-                                  : "export the file without this extension");
+    return root.error(fmt::format("needs the extension {}, which is not supported", name),
+                      "export the file without this extension");
   }
   SINEW_TRY(const std::vector<std::string> used, root.texts("extensionsUsed"));
   for (const std::string& name : used) {
@@ -59,24 +63,27 @@ Result<void> check_extensions(const Json& root, Warnings& warnings) {
   return {};
 }
 
-Result<std::string> scene_name(const Json& root) {
+// The name of the scene and its extras.
+Result<void> read_scene(const Json& root, Scene& scene) {
   SINEW_TRY(const std::vector<Json> scenes, root.objects("scenes", "scene"));
-  if (scenes.empty()) return std::string();
+  if (scenes.empty()) return {};
   SINEW_TRY(const auto index, root.index("scene", scenes.size()));
-  return scenes[index.value_or(0)].text("name");
+  const Json& json = scenes[index.value_or(0)];
+  SINEW_TRY(scene.name, json.text("name"));
+  return read_scene_extras(json, scene);
 }
 
-Result<Scene> load(const std::string& path, const LoadOptions& options) {
+Result<Scene> parse(std::string bytes, const std::string& path, const LoadOptions& options) {
   MemoryBudget budget(options.memory_limit);
   Warnings warnings;
-  SINEW_TRY(const Asset asset, open_asset(path, budget));
+  SINEW_TRY(const Asset asset, open_asset(path, std::move(bytes), budget));
   const Json root = asset.root();
   SINEW_CHECKED(check_extensions(root, warnings));
-  SINEW_TRY(const AccessorReader accessors, AccessorReader::create(asset, warnings));
+  SINEW_TRY(const AccessorReader accessors, AccessorReader::create(asset, budget, warnings));
   const Reader reader{asset, accessors, budget, warnings};
 
   Scene scene;
-  SINEW_TRY(scene.name, scene_name(root));
+  SINEW_CHECKED(read_scene(root, scene));
   SINEW_TRY(const NodeGraph graph, read_graph(root));
   SINEW_CHECKED(read_cameras(root, scene));
   SINEW_CHECKED(read_lights(root, scene));
@@ -99,7 +106,12 @@ Result<Scene> load(const std::string& path, const LoadOptions& options) {
 }  // namespace gltf
 
 Result<Scene> load_gltf(const std::string& path, const LoadOptions& options) {
-  return gltf::load(path, options);
+  SINEW_TRY(std::string bytes, read_file(path, options.memory_limit));
+  return parse_gltf(std::move(bytes), path, options);
+}
+
+Result<Scene> parse_gltf(std::string bytes, const std::string& path, const LoadOptions& options) {
+  return gltf::parse(std::move(bytes), path, options);
 }
 
 }  // namespace sinew

@@ -13,4 +13,7 @@ namespace sinew {
 // The default scene of the file. Buffers and images must lie in the file's folder or below it.
 Result<Scene> load_gltf(const std::string& path, const LoadOptions& options = {});
 
+// The same, from the bytes of the file; `path` stands in errors and says where other files lie.
+Result<Scene> parse_gltf(std::string bytes, const std::string& path, const LoadOptions& options);
+
 }  // namespace sinew

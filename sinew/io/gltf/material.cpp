@@ -49,6 +49,33 @@ Result<void> read_alpha(const Json& json, Material& out) {
   return {};
 }
 
+Result<void> read_reflectance(const Reader& reader, const Json& extensions, Material& out) {
+  constexpr float kMirror = 999.0f;  // an index of 0 stands for one without end
+  SINEW_TRY(const Json refraction, extensions.object("KHR_materials_ior"));
+  SINEW_TRY(out.ior, refraction.number("ior", out.ior));
+  out.ior = out.ior == 0.0f ? kMirror : glm::clamp(out.ior, 1.0f, kMirror);
+  SINEW_TRY(const Json specular, extensions.object("KHR_materials_specular"));
+  SINEW_TRY(out.specular, specular.number("specularFactor", out.specular));
+  SINEW_CHECKED(specular.numbers("specularColorFactor", {&out.specular_color.x, 3}));
+  if (specular.has("specularTexture") || specular.has("specularColorTexture")) {
+    reader.warnings.add(specular.element(), "textures of KHR_materials_specular are ignored");
+  }
+  return {};
+}
+
+Result<void> read_transmission(const Json& extensions, TextureReader& textures, Material& out) {
+  SINEW_TRY(const Json transmission, extensions.object("KHR_materials_transmission"));
+  SINEW_TRY(out.transmission, transmission.number("transmissionFactor", out.transmission));
+  SINEW_TRY(out.transmission_texture, textures.read(transmission, "transmissionTexture"));
+  SINEW_TRY(const Json volume, extensions.object("KHR_materials_volume"));
+  SINEW_TRY(const float thickness, volume.number("thicknessFactor", 0.0f));
+  out.thin = !(thickness > 0.0f);
+  SINEW_TRY(out.attenuation_distance,
+            volume.number("attenuationDistance", out.attenuation_distance));
+  SINEW_CHECKED(volume.numbers("attenuationColor", {&out.attenuation_color.x, 3}));
+  return {};
+}
+
 Result<SpecularGlossiness> read_specular_glossiness(const Json& json, TextureReader& textures) {
   SpecularGlossiness result;
   SINEW_CHECKED(json.numbers("diffuseFactor", {&result.diffuse.x, 4}));
@@ -62,14 +89,20 @@ Result<SpecularGlossiness> read_specular_glossiness(const Json& json, TextureRea
 // Files may hold numbers that no surface has; rendering relies on the specification's ranges.
 void clamp_to_range(Material& material) {
   constexpr float kBrightest = 1e6f;  // also keeps products of factors finite
+  constexpr float kFarthest = 1e29f;  // metres
   material.base_color = glm::clamp(material.base_color, 0.0f, 1.0f);
   material.metallic = glm::clamp(material.metallic, 0.0f, 1.0f);
   material.roughness = glm::clamp(material.roughness, 0.0f, 1.0f);
   material.occlusion_strength = glm::clamp(material.occlusion_strength, 0.0f, 1.0f);
   material.emissive = glm::clamp(material.emissive, 0.0f, kBrightest);
+  material.specular = glm::clamp(material.specular, 0.0f, 1.0f);
+  material.specular_color = glm::clamp(material.specular_color, 0.0f, kBrightest);
+  material.transmission = glm::clamp(material.transmission, 0.0f, 1.0f);
+  material.attenuation_color = glm::clamp(material.attenuation_color, 0.0f, 1.0f);
+  material.attenuation_distance = glm::clamp(material.attenuation_distance, 0.0f, kFarthest);
 }
 
-Result<Material> read_material(const Json& json, TextureReader& textures) {
+Result<Material> read_material(const Reader& reader, const Json& json, TextureReader& textures) {
   Material result = default_material();
   SINEW_TRY(result.name, json.text("name"));
   SINEW_CHECKED(read_metallic_roughness(json, textures, result));
@@ -81,6 +114,8 @@ Result<Material> read_material(const Json& json, TextureReader& textures) {
   SINEW_TRY(const Json strength, extensions.object("KHR_materials_emissive_strength"));
   SINEW_TRY(const float factor, strength.number("emissiveStrength", 1.0f));
   result.emissive *= factor;
+  SINEW_CHECKED(read_reflectance(reader, extensions, result));
+  SINEW_CHECKED(read_transmission(extensions, textures, result));
   clamp_to_range(result);
   return result;
 }
@@ -102,7 +137,7 @@ Result<void> read_materials(const Reader& reader, Scene& scene) {
   SINEW_CHECKED(reader.budget.take(reader.asset.root(), materials.size(), sizeof(Material)));
   std::vector<Pending> pending;
   for (const Json& json : materials) {
-    SINEW_TRY(Material material, read_material(json, textures));
+    SINEW_TRY(Material material, read_material(reader, json, textures));
     SINEW_TRY(const Json extensions, json.object("extensions"));
     if (extensions.has("KHR_materials_pbrSpecularGlossiness")) {
       SINEW_TRY(const Json surface, extensions.object("KHR_materials_pbrSpecularGlossiness"));

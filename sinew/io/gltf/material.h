@@ -1,5 +1,6 @@
 // Materials of a glTF file: metallic-roughness (glTF 2.0 specification, section 3.9) with
-// KHR_materials_unlit, KHR_materials_emissive_strength and KHR_materials_pbrSpecularGlossiness.
+// KHR_materials_unlit, _emissive_strength, _ior, _specular, _transmission, _volume and
+// _pbrSpecularGlossiness. Rays find out themselves how thick a volume is.
 #pragma once
 
 #include "sinew/io/gltf/reader.h"

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "sinew/io/gltf/extras.h"
 #include "sinew/io/gltf/material.h"
 #include "sinew/io/gltf/normals.h"
 #include "sinew/io/gltf/primitive.h"
@@ -53,6 +54,18 @@ class AttributeReader {
   }
 
   // The accessor of one attribute, with as many elements as the source has vertices.
+  Result<Accessor> find(const VertexSource& source, const char* name, uint32_t components,
+                        Numbers numbers) const {
+    const DracoAttribute* const decoded = source.draco ? source.draco->find(name) : nullptr;
+    if (!decoded) return find(source, source.attributes, name, components, numbers);
+    SINEW_TRY(Accessor accessor,
+              reader_.accessors.describe(source.attributes, name, components, numbers));
+    accessor.count = source.count;
+    accessor.bytes = decoded->bytes.data();
+    accessor.stride = static_cast<uint32_t>(decoded->bytes.size() / source.count);
+    return accessor;
+  }
+  // The same of a morph target, or where nothing is compressed.
   Result<Accessor> find(const VertexSource& source, const Json& attributes, const char* name,
                         uint32_t components, Numbers numbers) const {
     SINEW_TRY(Accessor accessor, reader_.accessors.find(attributes, name, components, numbers));
@@ -73,7 +86,7 @@ class AttributeReader {
     for (const VertexSource& source : primitives_.sources) {
       if (!source.attributes.has(name)) continue;
       SINEW_TRY(const Accessor accessor,
-                find(source, source.attributes, name, static_cast<uint32_t>(T::length()), numbers));
+                find(source, name, static_cast<uint32_t>(T::length()), numbers));
       SINEW_CHECKED(read_into(accessor, source.first, out));
     }
     return {};
@@ -99,8 +112,8 @@ Result<void> AttributeReader::read_colors(Mesh& mesh) const {
   mesh.colors.assign(primitives_.vertex_count, vec4(1.0f));
   for (const VertexSource& source : primitives_.sources) {
     if (!source.attributes.has("COLOR_0")) continue;
-    SINEW_TRY(const Accessor accessor, find(source, source.attributes, "COLOR_0", kAnyComponents,
-                                            Numbers::real_or_normalized));
+    SINEW_TRY(const Accessor accessor,
+              find(source, "COLOR_0", kAnyComponents, Numbers::real_or_normalized));
     if (accessor.components == 4) {
       SINEW_CHECKED(read_into(accessor, source.first, mesh.colors));
     } else if (accessor.components == 3) {
@@ -119,9 +132,9 @@ Result<void> AttributeReader::read_weight_set(const VertexSource& source, uint32
   const std::string joints_name = fmt::format("JOINTS_{}", set);
   const std::string weights_name = fmt::format("WEIGHTS_{}", set);
   SINEW_TRY(const Accessor joints,
-            find(source, source.attributes, joints_name.c_str(), kColumnsPerSet, Numbers::index));
-  SINEW_TRY(const Accessor weights, find(source, source.attributes, weights_name.c_str(),
-                                         kColumnsPerSet, Numbers::real_or_normalized));
+            find(source, joints_name.c_str(), kColumnsPerSet, Numbers::index));
+  SINEW_TRY(const Accessor weights,
+            find(source, weights_name.c_str(), kColumnsPerSet, Numbers::real_or_normalized));
   const size_t size = size_t{source.count} * kColumnsPerSet;
   SINEW_CHECKED(reader_.budget.take(joints.json, size, sizeof(uint32_t) + sizeof(float)));
   std::vector<uint32_t> joint_values(size);
@@ -304,6 +317,7 @@ Result<Mesh> MeshReader::read(const Json& json) {
   SINEW_CHECKED(read_morphs(json, primitives, attributes, mesh));
   SINEW_CHECKED(read_parts(primitives, mesh));
   repair_directions(json, primitives, mesh);
+  SINEW_CHECKED(read_vertex_cache(reader_, json, primitives, mesh));
   return mesh;
 }
 

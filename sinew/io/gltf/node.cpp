@@ -5,11 +5,23 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "sinew/io/gltf/affine.h"
+#include "sinew/io/gltf/extras.h"
 
 namespace sinew::gltf {
 namespace {
+
+// Whether the node only shows and hides the one below it (see kVisibilityExtra).
+Result<bool> is_visibility(const NodeGraph& graph, const Json& json) {
+  if (!has_flag(json, kVisibilityExtra)) return false;
+  SINEW_TRY(const std::vector<uint32_t> children, json.indices("children", graph.nodes.size()));
+  if (children.size() != 1 || json.has("mesh") || json.has("camera") || json.has("matrix")) {
+    return json.error("is marked to show and hide one node, but is more than that");
+  }
+  return true;
+}
 
 // Unit length, unless the file's rotation has none at all.
 quat rotation_of(const Reader& reader, const Json& json, vec4 xyzw) {
@@ -112,19 +124,30 @@ Result<std::vector<NodePlace>> read_nodes(const Reader& reader, const NodeGraph&
                                           std::span<const int32_t> meshes, Scene& scene) {
   SINEW_CHECKED(reader.budget.take(reader.asset.root(), graph.order.size(), 2 * sizeof(Node)));
   std::vector<NodePlace> places(graph.nodes.size());
+  std::vector<int32_t> parent(graph.nodes.size(), -1);  // one a JSON node: in scene.nodes
+  bool hidden = false;                                  // by the node just above
   for (const uint32_t index : graph.order) {
     const Json& json = graph.nodes[index];
     const uint32_t here = static_cast<uint32_t>(scene.nodes.size());
     Node node;
     SINEW_TRY(node.name, json.text("name"));
-    if (graph.parent[index] >= 0) node.parent = places[graph.parent[index]].node;
+    const int32_t above = graph.parent[index];
+    if (above >= 0) node.parent = places[above].visibility ? parent[above] : places[above].node;
+    parent[index] = node.parent;
     SINEW_CHECKED(read_transform(reader, json, node));
+    SINEW_TRY(const bool visibility, is_visibility(graph, json));
+    if (visibility) {  // its child comes next
+      hidden = hidden || node.scale.x <= 0.5f;
+      places[index] = {static_cast<int32_t>(here), here, 0, true};
+      continue;
+    }
     SINEW_CHECKED(read_links(json, meshes, scene, node));
+    if (std::exchange(hidden, false)) node.visible = false;
     std::vector<Node> instances;
     if (node.mesh >= 0) {
       SINEW_TRY(instances, read_instances(reader, json, node, static_cast<int32_t>(here)));
     }
-    places[index] = {static_cast<int32_t>(here), here, 1};
+    places[index] = {static_cast<int32_t>(here), here, 1, false};
     if (!instances.empty()) {
       places[index].first_mesh = here + 1;
       places[index].mesh_count = static_cast<uint32_t>(instances.size());

@@ -17,6 +17,7 @@ struct NodePlace {
   int32_t node = -1;        // in Scene::nodes; -1: not part of the scene
   uint32_t first_mesh = 0;  // the nodes that carry its mesh: itself, or its instances
   uint32_t mesh_count = 0;
+  bool visibility = false;  // it only shows and hides `node`, which stands for it
 };
 
 // Fills scene.nodes; `meshes` is what read_meshes returned. One place a JSON node.

@@ -32,21 +32,53 @@ Result<std::string> source_key(const Json& primitive, const Json& attributes,
   return key;
 }
 
-// Draco data stand in an extension; without them the accessors may be empty.
-Result<void> check_compression(const Json& primitive, const Accessor& positions) {
+// What the primitive holds compressed; null if nothing, or if its accessors hold it plain besides.
+Result<std::unique_ptr<DracoMesh>> read_draco(const Reader& reader, const Json& primitive,
+                                              const Json& attributes) {
   SINEW_TRY(const Json extensions, primitive.object("extensions"));
-  const bool has_data = positions.bytes || positions.sparse_count > 0;
-  if (extensions.has("KHR_draco_mesh_compression") && !has_data) {
-    return primitive.error("is compressed with KHR_draco_mesh_compression, not supported yet",
-                           "export the file without compression");
+  SINEW_TRY(const Json extension, extensions.object("KHR_draco_mesh_compression"));
+  SINEW_TRY(const Accessor positions,
+            reader.accessors.describe(attributes, "POSITION", 3, Numbers::any_real));
+  const bool is_plain = positions.json.has("bufferView") || positions.json.has("sparse");
+  if (is_plain || !extensions.has("KHR_draco_mesh_compression")) return nullptr;
+  auto mesh = std::make_unique<DracoMesh>();
+  SINEW_TRY(const Json ids, extension.object("attributes"));
+  SINEW_TRY(const std::vector<std::string> names, extension.keys("attributes"));
+  for (const std::string& name : names) {
+    if (!attributes.has(name.c_str())) continue;
+    const bool joints = name.starts_with("JOINTS_");
+    SINEW_TRY(const Accessor accessor,
+              reader.accessors.describe(attributes, name.c_str(), kAnyComponents,
+                                        joints ? Numbers::index : Numbers::any_real));
+    SINEW_TRY(const uint64_t id, ids.unsigned_number(name.c_str(), 0, 0xffffffff));
+    mesh->attributes.push_back(
+        {name, static_cast<uint32_t>(id), accessor.components, accessor.type, {}});
   }
-  return {};
+  SINEW_TRY(const std::span<const uint8_t> bytes,
+            reader.accessors.view_bytes(extension, "bufferView"));
+  SINEW_CHECKED(decode_draco(primitive, bytes, reader.budget, *mesh));
+  return mesh;
+}
+
+// Equal compressed data with equal attributes mean equal vertices and triangles.
+Result<std::string> draco_key(const Json& primitive) {
+  SINEW_TRY(const Json extensions, primitive.object("extensions"));
+  SINEW_TRY(const Json extension, extensions.object("KHR_draco_mesh_compression"));
+  SINEW_TRY(const auto view, extension.index("bufferView", SIZE_MAX));
+  return view ? fmt::format("|draco={}", *view) : std::string();
+}
+
+Result<uint32_t> count_vertices(const Reader& reader, const VertexSource& source) {
+  if (source.draco) return source.draco->vertex_count;
+  SINEW_TRY(const Accessor positions,
+            reader.accessors.find(source.attributes, "POSITION", 3, Numbers::any_real));
+  return positions.count;
 }
 
 Result<void> add_primitive(const Reader& reader, Primitive primitive,
                            std::map<std::string, uint32_t>& known, Primitives& out) {
   const Json& json = primitive.json;
-  VertexSource source{json, {}, {}, out.vertex_count, 0};
+  VertexSource source{json, {}, {}, nullptr, out.vertex_count, 0};
   SINEW_TRY(source.attributes, json.object("attributes"));
   SINEW_TRY(source.targets, json.objects("targets", "target", json.element() + " "));
   if (!source.attributes.has("POSITION")) {
@@ -54,16 +86,16 @@ Result<void> add_primitive(const Reader& reader, Primitive primitive,
     return {};
   }
   SINEW_TRY(const std::string key, source_key(json, source.attributes, source.targets));
-  const auto [place, is_new] = known.try_emplace(key, static_cast<uint32_t>(out.sources.size()));
+  SINEW_TRY(const std::string compressed, draco_key(json));
+  const auto [place, is_new] =
+      known.try_emplace(key + compressed, static_cast<uint32_t>(out.sources.size()));
   primitive.source = place->second;
   if (is_new) {
-    SINEW_TRY(const Accessor positions,
-              reader.accessors.find(source.attributes, "POSITION", 3, Numbers::any_real));
-    SINEW_CHECKED(check_compression(json, positions));
-    if (positions.count > std::numeric_limits<uint32_t>::max() - out.vertex_count) {
+    SINEW_TRY(source.draco, read_draco(reader, json, source.attributes));
+    SINEW_TRY(source.count, count_vertices(reader, source));
+    if (source.count > std::numeric_limits<uint32_t>::max() - out.vertex_count) {
       return json.error("the mesh has more vertices than 32 bits can count");
     }
-    source.count = positions.count;
     out.vertex_count += source.count;
     out.sources.push_back(std::move(source));
   }
@@ -74,6 +106,7 @@ Result<void> add_primitive(const Reader& reader, Primitive primitive,
 Result<std::vector<uint32_t>> read_indices(const Reader& reader, const Primitive& primitive,
                                            const VertexSource& source) {
   const Json& json = primitive.json;
+  if (source.draco) return source.draco->indices;
   std::vector<uint32_t> indices;
   if (!json.has("indices")) {
     SINEW_CHECKED(reader.budget.take(json, source.count, sizeof(uint32_t)));
@@ -116,7 +149,8 @@ Result<Primitives> read_primitives(const Reader& reader, const Json& mesh, size_
 Result<std::vector<uvec3>> read_triangles(const Reader& reader, const Primitive& primitive,
                                           const VertexSource& source) {
   SINEW_TRY(const std::vector<uint32_t> indices, read_indices(reader, primitive, source));
-  const bool list = primitive.topology == Topology::list;
+  const Topology topology = source.draco ? Topology::list : primitive.topology;
+  const bool list = topology == Topology::list;
   if (indices.size() < 3 || (list && indices.size() % 3 != 0)) {
     reader.warnings.add(primitive.json.element(), "has an incomplete triangle; left out");
   }
@@ -125,7 +159,7 @@ Result<std::vector<uvec3>> read_triangles(const Reader& reader, const Primitive&
   std::vector<uvec3> triangles(count);
   for (size_t i = 0; i < count; ++i) {
     uvec3 corners(static_cast<uint32_t>(i));  // positions in `indices`
-    switch (primitive.topology) {
+    switch (topology) {
       case Topology::list:
         corners = corners * 3u + uvec3(0, 1, 2);
         break;

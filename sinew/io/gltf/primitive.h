@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
+#include "sinew/io/gltf/draco.h"
 #include "sinew/io/gltf/reader.h"
 #include "sinew/math/vec.h"
 
@@ -15,8 +17,9 @@ namespace sinew::gltf {
 struct VertexSource {
   Json primitive;  // the first that uses it
   Json attributes;
-  std::vector<Json> targets;  // morph targets
-  uint32_t first = 0;         // its vertices in the mesh: [first, first + count)
+  std::vector<Json> targets;         // morph targets
+  std::unique_ptr<DracoMesh> draco;  // if compressed: the vertices, and the triangles on them
+  uint32_t first = 0;                // its vertices in the mesh: [first, first + count)
   uint32_t count = 0;
 };
 

@@ -90,6 +90,22 @@ std::string percent_decode(std::string_view text) {
   return result;
 }
 
+std::string percent_encode(std::string_view name) {
+  constexpr const char* kDigits = "0123456789ABCDEF";
+  std::string result;
+  for (const char c : name) {
+    const auto byte = static_cast<unsigned char>(c);
+    const bool plain =
+        byte < 128 && (std::isalnum(byte) || c == '-' || c == '.' || c == '_' || c == '~');
+    if (plain) {
+      result.push_back(c);
+    } else {
+      result += {'%', kDigits[byte >> 4], kDigits[byte & 15]};
+    }
+  }
+  return result;
+}
+
 tl::expected<std::filesystem::path, std::string> file_of_uri(const std::filesystem::path& folder,
                                                              std::string_view uri) {
   if (has_scheme(uri)) {

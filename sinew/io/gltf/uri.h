@@ -22,4 +22,8 @@ tl::expected<std::filesystem::path, std::string> file_of_uri(const std::filesyst
 // "%20" -> " "; a percent sign without two hexadecimal digits stands for itself.
 std::string percent_decode(std::string_view text);
 
+// Every byte of a file's name that has a meaning in URIs, or is no ASCII letter, digit or one of
+// "-._~", becomes %XX.
+std::string percent_encode(std::string_view name);
+
 }  // namespace sinew::gltf

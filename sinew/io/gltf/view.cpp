@@ -4,6 +4,8 @@
 
 #include <cmath>
 
+#include "sinew/io/gltf/extras.h"
+
 namespace sinew::gltf {
 namespace {
 
@@ -51,6 +53,11 @@ Result<Light> read_light(const Json& json) {
   const bool positive = light.intensity >= 0.0f && light.range >= 0.0f && light.color.x >= 0.0f &&
                         light.color.y >= 0.0f && light.color.z >= 0.0f;
   if (!positive) return json.error("has a negative colour, intensity or range");
+  if (extras_of(json).has("sinew_intensity_everywhere")) {
+    light.falloff = false;
+    SINEW_TRY(light.intensity,
+              extras_of(json).number("sinew_intensity_everywhere", light.intensity));
+  }
   if (!(light.inner_cone >= 0.0f && light.inner_cone <= light.outer_cone)) {
     return json.error("\"innerConeAngle\" must lie between 0 and \"outerConeAngle\"");
   }

@@ -35,7 +35,7 @@ bool is_grey(const Image8& image) {
 }
 
 std::string at_line(const MtlTexture& map) {
-  return "line " + std::to_string(map.line);
+  return map.line == 0 ? "" : "line " + std::to_string(map.line);
 }
 
 // illum says which terms count: 0 colour alone, 1 no highlights, 3, 5 and 8 mirror reflections.
@@ -59,11 +59,11 @@ void set_shading(const MtlMaterial& mtl, Material& out) {
 ObjMaterials::ObjMaterials(Scene& scene, const std::string& path, const LoadOptions& options)
     : scene_(scene), path_(path), folder_(asset_folder(path)), options_(options) {}
 
-Result<std::vector<uint32_t>> ObjMaterials::of_parts(const ObjModel& model) {
+Result<std::vector<uint32_t>> ObjMaterials::of_parts(const PolygonModel& model) {
   for (const std::string& library : model.libraries) SINEW_CHECKED(read_library(library));
   std::vector<uint32_t> result;
   std::vector<std::string> undefined;
-  for (const ObjPart& part : model.parts) {
+  for (const PolygonPart& part : model.parts) {
     const std::string name = part.material == kNoIndex ? "" : model.materials[part.material];
     const auto [entry, added] =
         materials_.try_emplace(name, static_cast<uint32_t>(scene_.materials.size()));
@@ -71,7 +71,9 @@ Result<std::vector<uint32_t>> ObjMaterials::of_parts(const ObjModel& model) {
       const auto found = definitions_.find(name);
       const bool defined = found != definitions_.end();
       if (!defined && part.material != kNoIndex) undefined.push_back(name);
-      SINEW_TRY(Material material, convert(defined ? found->second : Definition{}));
+      Definition otherwise{{}, path_};
+      otherwise.mtl.diffuse_map.file = model.texture;
+      SINEW_TRY(Material material, convert(defined ? found->second : otherwise));
       material.name = name;
       scene_.materials.push_back(std::move(material));
     }
@@ -176,7 +178,7 @@ Result<int32_t> ObjMaterials::image(const MtlTexture& map, const std::string& li
   if (!file) {
     return fail({ErrorKind::bad_input, library, at_line(map),
                  "map \"" + map.file + "\" lies outside the asset's folder",
-                 "put it beside the OBJ file and name it by its relative path"});
+                 "put it beside the mesh and name it by its relative path"});
   }
   const auto [entry, added] = images_.try_emplace(file->string(), -1);
   if (!added) return entry->second;

@@ -1,4 +1,4 @@
-// Materials of OBJ files and their textures: from .mtl statements to Material and Image8.
+// Materials of polygon files and their textures: from .mtl statements to Material and Image8.
 #pragma once
 
 #include <filesystem>
@@ -10,7 +10,7 @@
 #include "sinew/base/error.h"
 #include "sinew/io/load.h"
 #include "sinew/io/obj/mtl.h"
-#include "sinew/io/obj/parse.h"
+#include "sinew/io/polygon/model.h"
 #include "sinew/scene/scene.h"
 
 namespace sinew {
@@ -24,7 +24,7 @@ class ObjMaterials {
   ObjMaterials(Scene& scene, const std::string& path, const LoadOptions& options);
 
   // The scene's material for each part of the model.
-  Result<std::vector<uint32_t>> of_parts(const ObjModel& model);
+  Result<std::vector<uint32_t>> of_parts(const PolygonModel& model);
 
  private:
   struct Definition {

@@ -1,6 +1,6 @@
 // Based on: Wavefront, "Object Files (.obj)", Advanced Visualizer manual, appendix B1, 1995;
-// the polygonal part of it. Polygons become fans around their first corner, which is right for
-// convex ones; groups and objects do not matter here, and curves, points and lines are ignored.
+// the polygonal part of it. Groups and objects do not matter here; curves, points and lines are
+// ignored.
 #include "sinew/io/obj/parse.h"
 
 #include <fmt/format.h>
@@ -11,19 +11,16 @@
 #include <utility>
 
 #include "sinew/io/obj/text.h"
-#include "sinew/io/output_file.h"
 
 namespace sinew {
 namespace {
-
-constexpr size_t kMostIndex = 0x7fffffff;
 
 class Parser {
  public:
   Parser(std::string_view text, const std::string& path, const LoadOptions& options)
       : lines_(text), path_(path), options_(options), memory_(text.size()) {}
 
-  Result<ObjModel> run();
+  Result<PolygonModel> run();
 
  private:
   tl::unexpected<Error> error(std::string problem, std::string remedy = "") const {
@@ -36,7 +33,7 @@ class Parser {
   Result<void> read_texcoord(ObjWords words);
   Result<void> read_normal(ObjWords words);
   Result<void> read_face(ObjWords words);
-  Result<ObjCorner> read_corner(ObjWords& words);
+  Result<PolygonCorner> read_corner(ObjWords& words);
   Result<uint32_t> read_index(ObjWords& words, size_t count, const char* what);
   Result<void> ignore(std::string_view statement);
   Result<void> check_memory();
@@ -49,7 +46,7 @@ class Parser {
   const std::string& path_;
   const LoadOptions& options_;
   uint64_t memory_;  // bytes
-  ObjModel model_;
+  PolygonModel model_;
 
   uint32_t material_ = kNoIndex;
   bool smoothing_off_ = false;
@@ -58,10 +55,10 @@ class Parser {
   std::vector<std::array<uint32_t, 2>> part_index_;
   IgnoredStatements ignored_;
   bool has_weights_ = false;
-  std::vector<ObjCorner> face_;
+  std::vector<PolygonCorner> face_;
 };
 
-Result<ObjModel> Parser::run() {
+Result<PolygonModel> Parser::run() {
   std::string_view line;
   while (lines_.next(line)) {
     SINEW_CHECKED(read_line(line));
@@ -112,7 +109,7 @@ Result<void> Parser::read_position(ObjWords words) {
   std::array<float, 7> value{};
   SINEW_TRY(const size_t count, read_numbers(words, value, 3));
   if (count == 5) return error("a vertex cannot have 5 numbers");
-  if (model_.positions.size() >= kMostIndex) return error("has too many vertices");
+  if (model_.positions.size() >= kMostPolygonEntries) return error("has too many vertices");
   has_weights_ |= (count == 4 || count == 7) && value[3] != 1.0f;
   if (count >= 6) {
     model_.colors.resize(model_.positions.size(), vec3(1.0f));
@@ -127,7 +124,8 @@ Result<void> Parser::read_position(ObjWords words) {
 Result<void> Parser::read_texcoord(ObjWords words) {
   std::array<float, 3> value{};
   SINEW_CHECKED(read_numbers(words, value, 1));
-  if (model_.texcoords.size() >= kMostIndex) return error("has too many texture coordinates");
+  if (model_.texcoords.size() >= kMostPolygonEntries)
+    return error("has too many texture coordinates");
   model_.texcoords.emplace_back(value[0], value[1]);
   return {};
 }
@@ -135,7 +133,7 @@ Result<void> Parser::read_texcoord(ObjWords words) {
 Result<void> Parser::read_normal(ObjWords words) {
   std::array<float, 3> value{};
   SINEW_CHECKED(read_numbers(words, value, 3));
-  if (model_.normals.size() >= kMostIndex) return error("has too many normals");
+  if (model_.normals.size() >= kMostPolygonEntries) return error("has too many normals");
   model_.normals.emplace_back(value[0], value[1], value[2]);
   return {};
 }
@@ -155,8 +153,8 @@ Result<uint32_t> Parser::read_index(ObjWords& words, size_t count, const char* w
 }
 
 // v, v/vt, v//vn or v/vt/vn
-Result<ObjCorner> Parser::read_corner(ObjWords& words) {
-  ObjCorner corner;
+Result<PolygonCorner> Parser::read_corner(ObjWords& words) {
+  PolygonCorner corner;
   SINEW_TRY(corner.position, read_index(words, model_.positions.size(), "vertex"));
   if (words.take('/')) {
     if (words.take('/')) {
@@ -176,21 +174,18 @@ Result<ObjCorner> Parser::read_corner(ObjWords& words) {
 Result<void> Parser::read_face(ObjWords words) {
   face_.clear();
   while (!words.at_end()) {
-    SINEW_TRY(const ObjCorner corner, read_corner(words));
+    SINEW_TRY(const PolygonCorner corner, read_corner(words));
     face_.push_back(corner);
   }
   if (face_.size() < 3) return error("a face needs at least 3 corners");
-  if (model_.triangle_part.size() + face_.size() >= kMostIndex / 3) {
+  if (model_.triangle_part.size() + face_.size() >= kMostPolygonEntries / 3) {
     return error("has too many faces");
   }
-  const bool has_normals = std::all_of(face_.begin(), face_.end(), [](const ObjCorner& corner) {
+  const bool has_normals = std::all_of(face_.begin(), face_.end(), [](const PolygonCorner& corner) {
     return corner.normal != kNoIndex;
   });
   const uint32_t part = part_of_face(has_normals);
-  for (size_t i = 2; i < face_.size(); ++i) {
-    model_.corners.insert(model_.corners.end(), {face_[0], face_[i - 1], face_[i]});
-    model_.triangle_part.push_back(part);
-  }
+  add_fan(face_, part, model_);
   return {};
 }
 
@@ -229,13 +224,7 @@ Result<void> Parser::ignore(std::string_view statement) {
 }
 
 Result<void> Parser::check_memory() {
-  const uint64_t bytes =
-      memory_ +
-      sizeof(vec3) *
-          (model_.positions.capacity() + model_.colors.capacity() + model_.normals.capacity()) +
-      sizeof(vec2) * model_.texcoords.capacity() + sizeof(ObjCorner) * model_.corners.capacity() +
-      sizeof(uint32_t) * model_.triangle_part.capacity();
-  if (bytes > options_.memory_limit) {
+  if (memory_ + model_.bytes() > options_.memory_limit) {
     return error(fmt::format("loading would take more than {} bytes", options_.memory_limit),
                  "raise the memory limit");
   }
@@ -260,14 +249,9 @@ Result<void> Parser::finish() {
 
 }  // namespace
 
-Result<ObjModel> parse_obj(std::string_view text, const std::string& path,
-                           const LoadOptions& options) {
+Result<PolygonModel> parse_obj(std::string_view text, const std::string& path,
+                               const LoadOptions& options) {
   return Parser(text, path, options).run();
-}
-
-Result<ObjModel> read_obj(const std::string& path, const LoadOptions& options) {
-  SINEW_TRY(const std::string text, read_file(path, options.memory_limit));
-  return parse_obj(text, path, options);
 }
 
 }  // namespace sinew

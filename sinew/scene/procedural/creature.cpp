@@ -72,22 +72,6 @@ Mesh make_body(const CreatureBody& body, uint32_t triangles, uint32_t texture, S
   return mesh;
 }
 
-// Nodes for all joints, in order; returns the first.
-uint32_t add_skeleton(Scene& scene) {
-  const CreatureSkeleton skeleton = creature_skeleton();
-  const uint32_t first = static_cast<uint32_t>(scene.nodes.size());
-  Skin skin;
-  skin.name = "creature";
-  for (const SkeletonJoint& joint : skeleton) {
-    const int32_t parent = joint.parent < 0 ? -1 : static_cast<int32_t>(first) + joint.parent;
-    const vec3 from = joint.parent < 0 ? vec3(0.0f) : skeleton[joint.parent].position;
-    skin.joints.push_back(add_node(scene, joint.name, joint.position - from, parent));
-    skin.inverse_bind.push_back(trs(-joint.position, glm::identity<quat>(), vec3(1.0f)));
-  }
-  scene.skins.push_back(std::move(skin));
-  return first;
-}
-
 // Flagstones in rings: two by two of them in the texture.
 vec3 flagstones(float u, float v) {
   const float row = std::floor(2.0f * v);
@@ -156,7 +140,7 @@ Result<Scene> make_creature(const StudyArguments& arguments) {
   SINEW_TRY(const uint32_t texture, arguments.integer("texture", 256, 4096));
   Scene scene;
   add_materials(scene);
-  const uint32_t first_joint = add_skeleton(scene);
+  const uint32_t first_joint = add_skeleton(scene, creature_skeleton(), "creature");
   const CreatureBody body;
   const float count = static_cast<float>(triangles);
   std::array<Mesh, 3> meshes;

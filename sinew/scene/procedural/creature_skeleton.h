@@ -5,9 +5,8 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 
-#include "sinew/math/vec.h"
+#include "sinew/scene/procedural/skeleton.h"
 
 namespace sinew {
 
@@ -26,10 +25,8 @@ enum CreatureJoint : uint32_t {
   kCreatureJoints = kLegs + 16
 };
 inline constexpr uint32_t kTailJoints = 8;
-inline constexpr uint32_t kLegJoints = 4;
 
 enum CreatureLeg : uint32_t { kLeftFore, kRightFore, kLeftHind, kRightHind, kCreatureLegs };
-enum LegJoint : uint32_t { kUpper, kLower, kFoot, kToes };  // hip or shoulder, knee or elbow, ...
 
 inline uint32_t leg_joint(uint32_t leg, uint32_t joint) {
   return kLegs + kLegJoints * leg + joint;
@@ -41,11 +38,6 @@ inline float side_of(uint32_t leg) {
   return leg % 2 == 0 ? 1.0f : -1.0f;
 }  // +1 left, -1 right
 
-struct SkeletonJoint {
-  std::string name;
-  int32_t parent = -1;  // an earlier joint, or -1
-  vec3 position{0.0f};  // metres, at rest
-};
 using CreatureSkeleton = std::array<SkeletonJoint, kCreatureJoints>;
 
 CreatureSkeleton creature_skeleton();

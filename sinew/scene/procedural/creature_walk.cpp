@@ -28,60 +28,15 @@ const CreatureSkeleton& rest() {
   return skeleton;
 }
 
-// Where a foot's ball is, how far the foot is turned around +Y, and how foot and toes are pitched
-// (radians; positive lifts the heel).
-struct Step {
-  vec3 ball{0.0f};
-  float yaw = 0.0f;
-  float pitch = 0.0f;
-  float toe_pitch = 0.0f;
-};
-
-// The rotation that carries the plane of (along, beside) to that of (new_along, new_beside).
-quat carry(vec3 along, vec3 beside, vec3 new_along, vec3 new_beside) {
-  const auto frame = [](vec3 a, vec3 b) {
-    const vec3 x = normalize(a), z = normalize(cross(x, b));
-    return mat3(x, cross(z, x), z);
-  };
-  return normalize(
-      glm::quat_cast(frame(new_along, new_beside) * glm::transpose(frame(along, beside))));
+LegJoints joints_of(uint32_t leg) {
+  return {leg_joint(leg, kUpper), leg_joint(leg, kLower), leg_joint(leg, kFoot),
+          leg_joint(leg, kToes)};
 }
 
-// Sets the four joints of a leg so that its ball is where the step says. `frames` holds the trunk.
-void plant(uint32_t leg, const Step& step, const JointFrames& frames, CreaturePose& pose) {
-  const auto joint = [&](uint32_t i) { return leg_joint(leg, i); };
-  const auto rest_at = [&](uint32_t i) { return rest()[joint(i)].position; };
-  const uint32_t parent = static_cast<uint32_t>(rest()[joint(kUpper)].parent);
-  const quat trunk = frames.rotation[parent];
-  const vec3 hip = frames.position[parent] + trunk * (rest_at(kUpper) - rest()[parent].position);
-
-  const quat foot = turn(step.yaw, kY) * turn(step.pitch, kX);
-  const vec3 ankle = step.ball + foot * (rest_at(kFoot) - rest_at(kToes));
-  const float upper = length(rest_at(kLower) - rest_at(kUpper));
-  const float lower = length(rest_at(kFoot) - rest_at(kLower));
-  const vec3 to_ankle = ankle - hip;
-  const float reach =
-      std::clamp(length(to_ankle), std::abs(upper - lower) + 1e-3f, 0.999f * (upper + lower));
-  const vec3 direction = normalize(to_ankle);
-  // The knee keeps to the side of the line from hip to ankle that it has at rest.
-  const vec3 rest_line = normalize(rest_at(kFoot) - rest_at(kUpper));
-  const vec3 rest_knee = rest_at(kLower) - rest_at(kUpper);
-  const vec3 rest_side = rest_knee - dot(rest_knee, rest_line) * rest_line;
-  vec3 side = glm::slerp(glm::identity<quat>(), trunk, 0.5f) * rest_side;
-  side = normalize(side - dot(side, direction) * direction);
-  const float along = (upper * upper - lower * lower + reach * reach) / (2.0f * reach);
-  const float out = std::sqrt(std::max(0.0f, upper * upper - along * along));
-  const vec3 knee = hip + along * direction + out * side;
-
-  const std::array<quat, kLegJoints> world{
-      carry(rest_knee, rest_side, knee - hip, side),
-      carry(rest_at(kFoot) - rest_at(kLower), rest_side, hip + reach * direction - knee, side),
-      foot, turn(step.yaw, kY) * turn(step.toe_pitch, kX)};
-  quat above = trunk;
-  for (uint32_t i = 0; i < kLegJoints; ++i) {
-    pose.rotation[joint(i)] = conjugate(above) * world[i];
-    above = world[i];
-  }
+// Sets a leg down; `frames` holds the trunk.
+void plant_leg(uint32_t leg, const Step& step, const CreatureFrames& frames, CreaturePose& pose) {
+  const auto trunk = static_cast<size_t>(rest()[leg_joint(leg, kUpper)].parent);
+  plant(rest(), joints_of(leg), step, frames[trunk], pose.rotation);
 }
 
 // The step of a leg at `u` of the walk's loop.
@@ -218,29 +173,18 @@ float touch_down(uint32_t leg) {
   return kPhase[leg];
 }
 
-JointFrames joint_frames(const CreaturePose& pose) {
-  JointFrames frames;
-  for (uint32_t j = 0; j < kCreatureJoints; ++j) {
-    const int32_t parent = rest()[j].parent;
-    if (parent < 0) {
-      frames.rotation[j] = pose.rotation[j];
-      frames.position[j] = pose.pelvis;
-      continue;
-    }
-    const uint32_t p = static_cast<uint32_t>(parent);
-    frames.rotation[j] = frames.rotation[p] * pose.rotation[j];
-    frames.position[j] =
-        frames.position[p] + frames.rotation[p] * (rest()[j].position - rest()[p].position);
-  }
+CreatureFrames joint_frames(const CreaturePose& pose) {
+  CreatureFrames frames;
+  joint_frames(rest(), pose.pelvis, pose.rotation, frames);
   return frames;
 }
 
 CreaturePose walk_pose(const Treadmill& treadmill, float u) {
   CreaturePose pose = standing();
   walk_trunk(u, pose);
-  const JointFrames frames = joint_frames(pose);
+  const CreatureFrames frames = joint_frames(pose);
   for (uint32_t leg = 0; leg < kCreatureLegs; ++leg) {
-    plant(leg, walk_step(treadmill, leg, u), frames, pose);
+    plant_leg(leg, walk_step(treadmill, leg, u), frames, pose);
   }
   return pose;
 }
@@ -248,9 +192,9 @@ CreaturePose walk_pose(const Treadmill& treadmill, float u) {
 CreaturePose look_pose(float u) {
   CreaturePose pose = standing();
   look_trunk(u, pose);
-  const JointFrames frames = joint_frames(pose);
+  const CreatureFrames frames = joint_frames(pose);
   for (uint32_t leg = 0; leg < kCreatureLegs; ++leg) {
-    plant(leg, {rest()[leg_joint(leg, kToes)].position, 0.0f, 0.0f, 0.0f}, frames, pose);
+    plant_leg(leg, {rest()[leg_joint(leg, kToes)].position, 0.0f, 0.0f, 0.0f}, frames, pose);
   }
   return pose;
 }

@@ -1,6 +1,6 @@
 // How the creature moves: a walk on a turning disc, and looking around while standing.
 // Based on: M. Hildebrand, "Symmetrical gaits of horses", Science 150, 1965 (the lateral-sequence
-// walk and its duty factor); two-bone inverse kinematics by the law of cosines.
+// walk and its duty factor).
 #pragma once
 
 #include <array>
@@ -36,12 +36,9 @@ float touch_down(uint32_t leg);
 CreaturePose walk_pose(const Treadmill& treadmill, float u);
 CreaturePose look_pose(float u);
 
-// World transforms of all joints: a rotation and the joint's position.
-struct JointFrames {
-  std::array<quat, kCreatureJoints> rotation;
-  std::array<vec3, kCreatureJoints> position;
-};
-JointFrames joint_frames(const CreaturePose& pose);
+// World transforms of all joints.
+using CreatureFrames = std::array<JointFrame, kCreatureJoints>;
+CreatureFrames joint_frames(const CreaturePose& pose);
 
 // Bakes a loop; joint j animates node first_node + j, the disc's turn animates `disc_node`.
 Clip walk_clip(const Treadmill& treadmill, uint32_t first_node, uint32_t disc_node);

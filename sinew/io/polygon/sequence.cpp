@@ -1,4 +1,4 @@
-// OBJ sequences: finds the files of a pattern, then tries a vertex cache (one topology, one mesh);
+// Finds the files of a pattern, then tries a vertex cache (one topology, one mesh);
 // if the topology changes, reads them again as one mesh a frame.
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "sinew/io/obj/material.h"
-#include "sinew/io/obj/mesh.h"
-#include "sinew/io/obj/obj.h"
-#include "sinew/io/obj/parse.h"
+#include "sinew/io/polygon/mesh.h"
+#include "sinew/io/polygon/scene.h"
+#include "sinew/io/polygon/sequence.h"
 #include "sinew/io/vertex_cache.h"
 
 namespace sinew {
@@ -115,13 +115,13 @@ void warn_of_gaps(const std::vector<Frame>& frames, Scene& scene) {
                   fs::path(frames[at - 1].path).filename().string()));
 }
 
-bool same_topology(const ObjModel& model, const Mesh& mesh) {
+bool same_topology(const PolygonModel& model, const Mesh& mesh) {
   if (model.positions.size() != mesh.positions.size() ||
       model.triangle_part.size() != mesh.triangles.size()) {
     return false;
   }
   for (size_t i = 0; i < mesh.triangles.size(); ++i) {
-    const ObjCorner* corner = &model.corners[3 * i];
+    const PolygonCorner* corner = &model.corners[3 * i];
     if (uvec3(corner[0].position, corner[1].position, corner[2].position) != mesh.triangles[i]) {
       return false;
     }
@@ -138,13 +138,13 @@ tl::unexpected<Error> too_large(const std::string& pattern) {
 Result<std::optional<Scene>> load_as_cache(const std::string& pattern,
                                            const std::vector<Frame>& frames,
                                            const LoadOptions& options) {
-  SINEW_TRY(Scene scene, load_obj(frames[0].path, options));
+  SINEW_TRY(Scene scene, load_polygons(frames[0].path, options));
   const Mesh& mesh = scene.meshes[0];
   const uint64_t bytes = frames.size() * mesh.positions.size() * sizeof(vec3);
   if (bytes > options.memory_limit) return too_large(pattern);
   std::vector<vec3> keys = mesh.positions;
   for (size_t i = 1; i < frames.size(); ++i) {
-    SINEW_TRY(const ObjModel model, read_obj(frames[i].path, options));
+    SINEW_TRY(const PolygonModel model, read_polygons(frames[i].path, options));
     if (!same_topology(model, mesh)) return std::optional<Scene>();
     keys.reserve(frames.size() * mesh.positions.size());
     keys.insert(keys.end(), model.positions.begin(), model.positions.end());
@@ -173,11 +173,6 @@ Channel visibility_channel(uint32_t index, const std::vector<float>& times) {
   return channel;
 }
 
-uint64_t bytes_of(const ObjModel& model) {
-  return sizeof(vec3) * (model.positions.size() + model.corners.size()) +
-         sizeof(ObjCorner) * model.corners.size();
-}
-
 Result<Scene> load_frame_by_frame(const std::string& pattern, const std::vector<Frame>& frames,
                                   const LoadOptions& options) {
   Scene scene;
@@ -188,12 +183,12 @@ Result<Scene> load_frame_by_frame(const std::string& pattern, const std::vector<
   clip.end = times.back();
   uint64_t bytes = 0;
   for (uint32_t i = 0; i < frames.size(); ++i) {
-    SINEW_TRY(const ObjModel model, read_obj(frames[i].path, options));
-    bytes += bytes_of(model);
+    SINEW_TRY(const PolygonModel model, read_polygons(frames[i].path, options));
+    bytes += model.bytes();
     if (bytes > options.memory_limit) return too_large(pattern);
     SINEW_TRY(const std::vector<uint32_t> part_materials, materials.of_parts(model));
     std::vector<std::string> warnings = model.warnings;
-    scene.meshes.push_back(make_obj_mesh(model, part_materials, warnings));
+    scene.meshes.push_back(make_polygon_mesh(model, part_materials, warnings));
     if (i == 0) scene.warnings.insert(scene.warnings.end(), warnings.begin(), warnings.end());
     Node& node = scene.nodes.emplace_back();
     node.name = scene.meshes.back().name = fs::path(frames[i].path).stem().string();
@@ -215,10 +210,11 @@ bool is_sequence(const std::string& pattern) {
   return parse_pattern(pattern).has_value();
 }
 
-Result<Scene> load_obj_sequence(const std::string& text, const LoadOptions& options) {
+Result<Scene> load_sequence(const std::string& text, const LoadOptions& options) {
   const std::optional<Pattern> pattern = parse_pattern(text);
   if (!pattern) {
-    return fail({ErrorKind::bad_input, text, "", "is no sequence", "write ####.obj or %04d.obj"});
+    return fail(
+        {ErrorKind::bad_input, text, "", "is no sequence", "write #### or %04d in its name"});
   }
   SINEW_TRY(const std::vector<Frame> frames, find_frames(text, *pattern));
   SINEW_TRY(std::optional<Scene> cached, load_as_cache(text, frames, options));

@@ -1,4 +1,4 @@
-#include "sinew/io/obj/mesh.h"
+#include "sinew/io/polygon/mesh.h"
 
 #include <algorithm>
 #include <bit>
@@ -39,7 +39,7 @@ class AttributeTable {
   std::vector<AttributeKey> keys_;
 };
 
-vec3 face_normal(const ObjModel& model, size_t triangle) {
+vec3 face_normal(const PolygonModel& model, size_t triangle) {
   const auto corner = [&](size_t i) {
     return model.positions[model.corners[3 * triangle + i].position];
   };
@@ -55,10 +55,11 @@ struct Normals {
   std::vector<uint32_t> at_corner;  // empty if the file has none
 };
 
-Normals make_normals(const ObjModel& model, std::vector<std::string>& warnings) {
+Normals make_normals(const PolygonModel& model, std::vector<std::string>& warnings) {
   Normals result;
-  const bool any = std::any_of(model.corners.begin(), model.corners.end(),
-                               [](const ObjCorner& corner) { return corner.normal != kNoIndex; });
+  const bool any =
+      std::any_of(model.corners.begin(), model.corners.end(),
+                  [](const PolygonCorner& corner) { return corner.normal != kNoIndex; });
   if (!any) return result;
   result.values.reserve(model.normals.size());
   std::vector<uint8_t> usable(model.normals.size());
@@ -99,7 +100,7 @@ float linear_from_srgb(float value) {
 
 // The key of each corner's attributes, by vertex if each vertex has just one; unused vertices have
 // the empty key. Empty if some vertex has two.
-std::vector<AttributeKey> keys_by_vertex(const ObjModel& model,
+std::vector<AttributeKey> keys_by_vertex(const PolygonModel& model,
                                          const std::vector<AttributeKey>& corner_keys) {
   std::vector<AttributeKey> keys(model.positions.size());
   std::vector<uint8_t> known(model.positions.size());
@@ -112,7 +113,7 @@ std::vector<AttributeKey> keys_by_vertex(const ObjModel& model,
   return keys;
 }
 
-void fill_attributes(const ObjModel& model, const Normals& normals, bool has_texcoords,
+void fill_attributes(const PolygonModel& model, const Normals& normals, bool has_texcoords,
                      const std::vector<AttributeKey>& keys, Mesh& mesh) {
   for (const AttributeKey& key : keys) {
     if (has_texcoords) {
@@ -133,8 +134,8 @@ void fill_attributes(const ObjModel& model, const Normals& normals, bool has_tex
 
 }  // namespace
 
-Mesh make_obj_mesh(const ObjModel& model, const std::vector<uint32_t>& part_materials,
-                   std::vector<std::string>& warnings) {
+Mesh make_polygon_mesh(const PolygonModel& model, const std::vector<uint32_t>& part_materials,
+                       std::vector<std::string>& warnings) {
   Mesh mesh;
   mesh.positions = model.positions;
   mesh.triangle_part = model.triangle_part;
@@ -144,14 +145,14 @@ Mesh make_obj_mesh(const ObjModel& model, const std::vector<uint32_t>& part_mate
   const size_t triangles = model.triangle_part.size();
   mesh.triangles.reserve(triangles);
   for (size_t i = 0; i < triangles; ++i) {
-    const ObjCorner* corner = &model.corners[3 * i];
+    const PolygonCorner* corner = &model.corners[3 * i];
     mesh.triangles.emplace_back(corner[0].position, corner[1].position, corner[2].position);
   }
 
   const Normals normals = make_normals(model, warnings);
   const bool has_texcoords =
       std::any_of(model.corners.begin(), model.corners.end(),
-                  [](const ObjCorner& corner) { return corner.texcoord != kNoIndex; });
+                  [](const PolygonCorner& corner) { return corner.texcoord != kNoIndex; });
   if (!has_texcoords && normals.at_corner.empty() && model.colors.empty()) return mesh;
 
   std::vector<AttributeKey> corner_keys(model.corners.size());
