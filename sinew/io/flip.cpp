@@ -274,11 +274,11 @@ Result<std::vector<float>> flip_errors(const Image8& a, const Image8& b, const F
   const std::vector<vec2> features_a = features(input_a, size, kernels);
   const std::vector<vec2> features_b = features(input_b, size, kernels);
   std::vector<float> errors(input_a.size());
-  for (size_t i = 0; i < errors.size(); ++i) {
+  for_each_pixel(size, [&](size_t i, int, int) {
     const float color = redistribute(hyab(color_a[i], color_b[i]));
     const float feature = feature_difference(features_a[i], features_b[i]);
     errors[i] = std::pow(color, 1.0f - feature);  // equation 10
-  }
+  });
   return errors;
 }
 

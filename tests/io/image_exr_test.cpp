@@ -107,12 +107,12 @@ TEST(Exr, DamagedFilesAreErrors) {
     EXPECT_EQ(image.error().kind, ErrorKind::bad_input);
   });
   int errors = 0;
-  for_random_patches(whole, 3000, 11, [&](const std::string& bytes) {
+  for_random_patches(whole, 1000, 11, [&](const std::string& bytes) {
     const auto image = decode_exr(bytes_of(bytes), "a.exr");
     errors += !image.has_value();
     ASSERT_LE(image ? image->size.width : 0u, kMaxImageSide);
   });
-  EXPECT_GT(errors, 500);
+  EXPECT_GT(errors, 150);
   EXPECT_FALSE(decode_exr({}, "a.exr"));
   EXPECT_EQ(read_exr(sample.folder.path("missing.exr")).error().kind, ErrorKind::bad_input);
 }
