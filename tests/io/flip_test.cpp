@@ -41,7 +41,7 @@ TEST(Flip, EqualImagesDoNotDiffer) {
   EXPECT_EQ(*std::max_element(errors.begin(), errors.end()), 0.0f);
 }
 
-// Plain images have no features and no detail to filter, so only equations 5 to 8 are left.
+// Plain images have no features and no detail to filter, so only the distance of colours is left.
 // Black against white: HyAB = 100, 100^0.7 = 25.1189. The largest difference is that of green (L
 // 87.735, a -86.183, b 83.180; Hunt: -75.612, 72.977) and blue (L 32.301, a 79.196, b -107.857;
 // Hunt: 25.581, -34.839): HyAB = 55.434 + |(-101.193, 107.816)| = 203.298; ^0.7 = 41.273; its 0.4
