@@ -23,6 +23,8 @@ constexpr const char* kExamples =
     "  sinew render walk.glb -o walk.webp\n"
     "  sinew render walk.glb -o out_####.png --clip Run --frames 1-100x2 --samples 16\n"
     "  sinew render walk.glb -o still.png --time 0.5 --camera orbit=120,10 --size 1600x1200\n"
+    "  sinew render walk.glb -o out_####.exr --layers color,depth,normal\n"
+    "  sinew render walk.glb -o cost.png --time 0.5 --view heatmap\n"
     "  sinew render study:creature -o - --time 0 | display\n";
 
 // What the command line holds as text, until it is read.
