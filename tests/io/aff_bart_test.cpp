@@ -154,7 +154,7 @@ TEST(Bart, RobotsKeepTheirLimbs) {
   SINEW_DATA_OR_SKIP(file, "bart/scene_robot/aff/Robot.aff");
   const Scene scene = load_scene(file);
   ScenePose pose;
-  for (double time = 0.0; time <= 50.0; time += 0.5) {
+  for (double time = 0.0; time <= 50.0; time += 1.0) {
     sample(scene, 0, time, pose);
     int robots = 0;
     vec3 body(0.0f);
