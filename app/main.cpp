@@ -24,7 +24,8 @@ namespace {
 
 constexpr Command kCommands[] = {
     {"info", "Says what a file holds: sizes, clips, cameras, warnings", define_info},
-    {"render", "Draws an animation: one .png a frame, or one animated .webp", define_render},
+    {"render", "Draws an animation: a .png or .exr a frame, or a .webp or .mp4 movie",
+     define_render},
     {"compare", "Says how much two pictures differ", define_compare},
     {"scene", "Writes a scene as glTF, for other programs", define_scene},
 #ifdef SINEW_HAVE_BENCH

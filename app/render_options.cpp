@@ -15,14 +15,20 @@ namespace {
 constexpr uint32_t kMaxWebpSide = 16383;  // pixels, by the format
 
 constexpr const char* kExamples =
-    "INPUT is a .gltf, .glb, .obj or .aff file, a sequence walk_####.obj, a vertex cache\n"
-    "base.obj+positions.pc2, or a study scene study:NAME (`sinew info study:` lists them).\n"
+    "INPUT is a .gltf, .glb, .obj, .ply or .aff file, a sequence walk_####.obj or .ply, a vertex
+"
+    "cache base.obj+positions.pc2 or .mdd, or a study scene study:NAME (`sinew info study:`
+"
+    "lists them).
+"
     "Frames count from 1; frame n shows the time start + (n - 1) / fps of the clip.\n"
     "\n"
     "Examples:\n"
     "  sinew render walk.glb -o walk.webp\n"
     "  sinew render walk.glb -o out_####.png --clip Run --frames 1-100x2 --samples 16\n"
     "  sinew render walk.glb -o still.png --time 0.5 --camera orbit=120,10 --size 1600x1200\n"
+    "  sinew render walk.glb -o out_####.exr --layers color,depth,normal\n"
+    "  sinew render walk.glb -o cost.png --time 0.5 --view heatmap\n"
     "  sinew render study:creature -o - --time 0 | display\n";
 
 // What the command line holds as text, until it is read.

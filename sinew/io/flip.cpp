@@ -1,8 +1,8 @@
 // LDR-FLIP: colours as the eye resolves them at a distance are compared in a perceptual space, and
 // differences of edges and points make the result larger.
 // Based on: P. Andersson, J. Nilsson, T. Akenine-Moller, M. Oskarsson, K. Astrom, M. D. Fairchild,
-// "FLIP: A Difference Evaluator for Alternating Images", HPG 2020 (symbols, equation numbers
-// and sections are the paper's). Differs: all filters are applied as separable passes.
+// "FLIP: A Difference Evaluator for Alternating Images", HPG 2020 (symbols, sections and
+// equations are the paper's). Differs: all filters are applied as separable passes.
 #include "sinew/io/flip.h"
 
 #include <algorithm>
@@ -133,7 +133,7 @@ struct Sensitivity {
   float share = 0.0f;      // of Cz that its first Gaussian has
 };
 
-// Equation 4 and table 1: a * sqrt(pi / b) * exp(-pi^2 x^2 / b), x in degrees.
+// Section 4.1: a * sqrt(pi / b) * exp(-pi^2 x^2 / b), x in degrees.
 Sensitivity make_sensitivity(float pixels_per_degree) {
   constexpr float kB[4] = {0.0047f, 0.0053f, 0.04f, 0.025f};
   constexpr float kA[2] = {34.1f, 13.5f};  // of Cz; the others have no second part
@@ -179,7 +179,7 @@ Plane perceived(const Plane& in, Size size, const Sensitivity& s) {
   return out;
 }
 
-// Equations 7 and 8: compresses a distance and maps it to [0, 1].
+// Section 4.1.3: compresses a distance and maps it to [0, 1].
 float redistribute(float distance) {
   static const float most = std::pow(
       hyab(hunt(to_lab(vec3(0.0f, 1.0f, 0.0f))), hunt(to_lab(vec3(0.0f, 0.0f, 1.0f)))), kQc);
@@ -274,11 +274,11 @@ Result<std::vector<float>> flip_errors(const Image8& a, const Image8& b, const F
   const std::vector<vec2> features_a = features(input_a, size, kernels);
   const std::vector<vec2> features_b = features(input_b, size, kernels);
   std::vector<float> errors(input_a.size());
-  for (size_t i = 0; i < errors.size(); ++i) {
+  for_each_pixel(size, [&](size_t i, int, int) {
     const float color = redistribute(hyab(color_a[i], color_b[i]));
     const float feature = feature_difference(features_a[i], features_b[i]);
     errors[i] = std::pow(color, 1.0f - feature);  // equation 10
-  }
+  });
   return errors;
 }
 

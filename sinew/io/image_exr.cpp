@@ -316,6 +316,11 @@ const ExrPlane* ExrImage::find(std::string_view name) const {
   return it == planes.end() ? nullptr : &*it;
 }
 
+bool is_exr(std::span<const uint8_t> bytes) {
+  constexpr uint8_t kMagic[4] = {0x76, 0x2f, 0x31, 0x01};
+  return bytes.size() >= 4 && std::equal(kMagic, kMagic + 4, bytes.begin());
+}
+
 Result<ExrImage> decode_exr(std::span<const uint8_t> bytes, const std::string& name) {
   SINEW_TRY(const ImageSize size, check_header(bytes, name));
   try {

@@ -55,6 +55,8 @@ struct ExrImage {
   const ExrPlane* find(std::string_view name) const;  // null if there is none
 };
 
+bool is_exr(std::span<const uint8_t> bytes);  // begins as an EXR file does
+
 // The first part of a flat image, scan lines or tiles. Refused: deep images, subsampled channels,
 // more than kMaxImageSide a side, and files too short for the pixels they claim.
 Result<ExrImage> read_exr(const std::string& path);

@@ -38,8 +38,8 @@ TEST(OutputName, TheEndingOrTheOptionSaysTheFormat) {
 }
 
 TEST(OutputName, NonsenseIsAUsageErrorWithARemedy) {
-  for (const char* path : {"", "a", "a.jpg", "a.mp4", "a.exr", "a_##_##.png", "a_##_%d.png",
-                           "a_##.webp", "%0999999999999d.png", "{frame:99}.png", "a.png/"}) {
+  for (const char* path : {"", "a", "a.jpg", "a.avi", "a_##_##.png", "a_##_%d.png", "a_##.webp",
+                           "a_##.mp4", "%0999999999999d.png", "{frame:99}.png", "a.png/"}) {
     const auto name = parse_output_name(path);
     ASSERT_FALSE(name.has_value()) << path;
     EXPECT_EQ(name.error().kind, ErrorKind::usage) << path;

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "app/program.h"
+#include "sinew/io/image_exr.h"
 #include "sinew/io/image_file.h"
 #include "test_data.h"
 
@@ -142,6 +143,94 @@ TEST(Render, JsonHoldsEveryFrame) {
   }
 }
 
+TEST(Render, ExrHoldsPictureAndLayers) {
+  TemporaryFolder folder;
+  ASSERT_EQ(render(kTwist, folder.path("a_#.exr"), {"--frames", "1-2"}).exit_code, 0);
+  ASSERT_EQ(render(kTwist, folder.path("a.png"), {"--frames", "2"}).exit_code, 0);
+  EXPECT_EQ(folder.file_count(), 3u);
+  const auto image = read_exr(folder.path("a_2.exr"));
+  ASSERT_TRUE(image.has_value()) << image.error().message();
+  EXPECT_EQ(image->planes.size(), 11u);
+  EXPECT_TRUE(image->attributes.world_to_camera && image->attributes.world_to_ndc);
+  const ImageMetadata& texts = image->attributes.texts;
+  EXPECT_NE(
+      std::find(texts.begin(), texts.end(), std::pair<std::string, std::string>("Frame", "2")),
+      texts.end());
+  // The same picture once it is finished, but for what half precision rounds.
+  EXPECT_EQ(run_sinew({"compare", folder.path("a_2.exr"), folder.path("a.png")}).exit_code, 0);
+}
+
+TEST(Render, OnlyTheLayersAskedForAreWritten) {
+  TemporaryFolder folder;
+  const std::string path = folder.path("a.exr"), json = folder.path("a.json");
+  ASSERT_EQ(
+      render(kTwist, path, {"--time", "1", "--layers", "depth,object", "--json", json}).exit_code,
+      0);
+  const auto image = read_exr(path);
+  ASSERT_EQ(image->planes.size(), 2u);
+  EXPECT_NE(image->find("depth.Z"), nullptr);
+  EXPECT_NE(image->find("object.id"), nullptr);
+  EXPECT_EQ(nlohmann::json::parse(slurp(json))["frames"][0]["rays"]["primary"], 0) << "no light";
+}
+
+TEST(Render, ViewsAreStatedInNumbers) {
+  TemporaryFolder folder;
+  const std::string png = folder.path("a.png"), json = folder.path("a.json");
+  const auto frame_of = [&](const std::string& view) {
+    const Outcome outcome = render(kTwist, png, {"--time", "1", "--view", view, "--json", json});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(slurp(json))["frames"][0];
+  };
+  const auto steps = frame_of("heatmap")["steps"];
+  EXPECT_GT(steps["mean"], 1.0);
+  EXPECT_GT(steps["largest"], steps["mean"]);
+  EXPECT_GE(steps["scale"], 10);
+  EXPECT_NE(slurp(png).find("TraversalSteps"), std::string::npos);
+  EXPECT_EQ(frame_of("heatmap=77")["steps"]["scale"], 77);
+  EXPECT_EQ(frame_of("boxes=0")["boxes"], 1);
+  EXPECT_GT(frame_of("boxes=2")["boxes"], 8);
+  for (const char* view : {"normals", "depth", "objects"}) {
+    EXPECT_GT(frame_of(view).size(), 0u);
+    EXPECT_GT(covered(*read_png(png)), 100) << view;
+  }
+}
+
+TEST(Render, ViewsAndLayersThatMakeNoSenseAre2) {
+  TemporaryFolder folder;
+  const std::string png = folder.path("a.png"), exr = folder.path("a.exr");
+  const std::vector<std::vector<std::string>> cases = {
+      render_words(kTwist, png, {"--view", "boxes"}),
+      render_words(kTwist, png, {"--view", "boxes=-1"}),
+      render_words(kTwist, png, {"--view", "boxes=1.5"}),
+      render_words(kTwist, png, {"--view", "heatmap=0"}),
+      render_words(kTwist, png, {"--view", "normals=1"}),
+      render_words(kTwist, png, {"--view", "heat"}),
+      render_words(kTwist, png, {"--layers", "depth"}),
+      render_words(kTwist, exr, {"--layers", "depth,,normal"}),
+      render_words(kTwist, exr, {"--layers", "z"}),
+      render_words(kTwist, exr, {"--view", "depth"}),
+      render_words(kTwist, exr, {"--background", "ff0000"}),
+      render_words(kTwist, folder.path("a_#.mp4")),
+      render_words(kTwist, folder.path("a.mp4"), {"--transparent"}),
+      render_words(kTwist, folder.path("a.mp4"), {"--lossless"}),
+      render_words(kTwist, "-", {"--format", "mp4"}),
+  };
+  for (const auto& words : cases) {
+    const Outcome outcome = run_sinew(words);
+    EXPECT_EQ(outcome.exit_code, 2) << testing::PrintToString(words) << outcome.err;
+  }
+  EXPECT_EQ(folder.file_count(), 0u);
+}
+
+TEST(Render, Mp4IsAMovie) {
+  if (std::system("ffmpeg -version > /dev/null 2>&1") != 0) GTEST_SKIP() << "no ffmpeg";
+  TemporaryFolder folder;
+  const Outcome outcome = render(kTwist, folder.path("a.mp4"), {"--frames", "1-3"});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(folder.file_count(), 1u);
+  EXPECT_EQ(slurp(folder.path("a.mp4")).substr(4, 4), "ftyp");
+}
+
 TEST(Render, PicturesGoToStandardOutput) {
   TemporaryFolder folder;
   const Outcome outcome = render(kTwist, "-", {"--time", "1"});
@@ -255,11 +344,14 @@ Outcome interrupt(const std::string& output, int signal) {
 }
 
 TEST(Render, ASignalLeavesNoUnfinishedMovie) {
-  TemporaryFolder folder;
-  const Outcome outcome = interrupt(folder.path("a.webp"), SIGTERM);
-  EXPECT_EQ(outcome.exit_code, 143) << outcome.err;
-  EXPECT_NE(outcome.err.find("interrupted after"), std::string::npos) << outcome.err;
-  EXPECT_EQ(folder.file_count(), 0u);
+  for (const char* name : {"a.webp", "a.mp4"}) {
+    if (name[2] == 'm' && std::system("ffmpeg -version > /dev/null 2>&1") != 0) continue;
+    TemporaryFolder folder;
+    const Outcome outcome = interrupt(folder.path(name), SIGTERM);
+    EXPECT_EQ(outcome.exit_code, 143) << outcome.err;
+    EXPECT_NE(outcome.err.find("interrupted after"), std::string::npos) << outcome.err;
+    EXPECT_EQ(folder.file_count(), 0u) << name;
+  }
 }
 
 TEST(Render, ASignalLeavesWholeFrames) {

@@ -28,7 +28,10 @@ INSTANTIATE_TEST_SUITE_P(Scenes, GltfRoundTripStudy,
                                          "study:twist,triangles=2000", "study:soup,triangles=1000",
                                          "study:fracture,triangles=10000,pieces=20",
                                          "study:bodies,subdivisions=2",
-                                         "study:bodies,subdivisions=2,bodies=3,motion=free"));
+                                         "study:bodies,subdivisions=2,bodies=3,motion=free",
+                                         "study:cloth,triangles=800,frames=10",
+                                         "study:cell24,triangles=10000",
+                                         "study:herd,count=3,triangles=2000,terrain=1000"));
 
 class GltfRoundTripFile : public testing::TestWithParam<const char*> {};
 
@@ -49,7 +52,9 @@ INSTANTIATE_TEST_SUITE_P(
                     "khronos-gltf/Fox/glTF-Binary/Fox.glb", "skinned/pigman/pigman.glb",
                     "skinned/robot-expressive/RobotExpressive.glb",
                     "skinned/emoji-heart/emoji_heart.glb",
-                    "skinned/littlest-tokyo/LittlestTokyo.glb"),
+                    "skinned/littlest-tokyo/LittlestTokyo.glb",
+                    "bart/scene_kitchen/aff/kitchen.aff", "bart/scene_robot/aff/Robot.aff",
+                    "bart/scene_museum/aff/museum5.aff"),
     [](const auto& file) { return std::filesystem::path(file.param).stem().string(); });
 
 TEST(GltfRoundTrip, VertexCachePlaysTheSame) {

@@ -75,6 +75,9 @@ TEST_F(GltfValidator, AcceptsStudyScenes) {
   save("soup.glb", "study:soup,triangles=1000");
   save("fracture.glb", "study:fracture,triangles=10000,pieces=20");
   save("bodies.glb", "study:bodies,subdivisions=2");
+  save("cloth.glb", "study:cloth,triangles=800,frames=10");
+  save("cell24.glb", "study:cell24,triangles=10000");
+  save("herd.glb", "study:herd,count=3,triangles=2000,terrain=1000");
   save("free.glb", "study:bodies,subdivisions=2,bodies=3,motion=free");
   expect_no_errors();
 }
@@ -104,6 +107,9 @@ TEST_F(GltfValidator, AcceptsRealFiles) {
       "skinned/pigman/pigman.glb",
       "skinned/robot-expressive/RobotExpressive.glb",
       "static/dream-apartment/dream-apartment.glb",
+      "bart/scene_kitchen/aff/kitchen.aff",
+      "bart/scene_robot/aff/Robot.aff",
+      "bart/scene_museum/aff/museum5.aff",
   };
   for (const char* file : files) {
     save(std::filesystem::path(file).stem().string() + ".glb", data + "/" + file);

@@ -14,7 +14,7 @@ constexpr size_t kPointsPerTask = 2048;
 
 // Of what is missing between two points, what one of them makes good in a step: less than half,
 // since a point has about three such partners in the layer beside it.
-constexpr float kShare = 0.2f;
+constexpr float kShare = 0.33f;
 
 // Slots from one cell to the next along y and z. Cells that are neighbours in both never share a
 // slot; cells that do are far apart, so only time is lost.
@@ -24,13 +24,14 @@ constexpr uint32_t kAlongY = 163, kAlongZ = 163 * 89, kLeastSlots = 1u << 16;
 
 ClothMeetings::ClothMeetings(const Config& config, const GridPoints& points)
     : distance_(0.9f * config.spacing),
-      reach_(1.7f * config.spacing),
+      reach_(1.45f * config.spacing),
       friction_(config.friction),
       slot_begin_(std::max<size_t>(kLeastSlots, std::bit_ceil(2 * points.size())) + 3),
       entries_(points.size()),
       slot_(points.size()),
       partners_(kMost * points.size()),
       partner_count_(points.size()),
+      places_(points.size()),
       corrections_(points.size()) {}
 
 uint32_t ClothMeetings::slot_of(vec3 p) const {
@@ -58,7 +59,21 @@ void ClothMeetings::sort_into_slots(const GridPoints& points) {
   }
 }
 
+// Nobody new can have come within distance_ if no point moved by half of what reach_ is more.
+bool ClothMeetings::still_valid(const GridPoints& points) const {
+  if (searched_at_.size() != points.size()) return false;
+  const float most = 0.5f * (reach_ - distance_);
+  for (size_t i = 0; i < points.size(); ++i) {
+    const vec3 way = points.at(i) - searched_at_[i];
+    if (dot(way, way) > most * most) return false;
+  }
+  return true;
+}
+
 void ClothMeetings::search(const GridPoints& points) {
+  if (still_valid(points)) return;
+  searched_at_.resize(points.size());
+  for (size_t i = 0; i < points.size(); ++i) searched_at_[i] = points.at(i);
   sort_into_slots(points);
   const auto mask = static_cast<uint32_t>(slot_begin_.size() - 4);
   parallel_for(entries_.size(), kPointsPerTask, [&](size_t begin, size_t end) {
@@ -90,15 +105,18 @@ void ClothMeetings::search(const GridPoints& points) {
 
 void ClothMeetings::push(GridPoints& points, GridPoints& before) {
   parallel_for(points.size(), kPointsPerTask, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) places_[i] = {points.at(i), before.at(i)};
+  });
+  parallel_for(points.size(), kPointsPerTask, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       Correction sum;
       for (uint32_t k = 0; k < partner_count_[i]; ++k) {
-        const uint32_t j = partners_[kMost * i + k];
-        const vec3 d = points.at(i) - points.at(j);
+        const Place& other = places_[partners_[kMost * i + k]];
+        const vec3 d = places_[i].now - other.now;
         const float squared = dot(d, d);
         if (squared >= distance_ * distance_ || squared == 0.0f) continue;
         const float length = std::sqrt(squared);
-        const vec3 d_before = before.at(i) - before.at(j);
+        const vec3 d_before = places_[i].before - other.before;
         const float missing = distance_ - length;
         const float missing_before = distance_ - std::sqrt(dot(d_before, d_before));
         sum.push += (kShare * missing / length) * d - kShare * friction_ * (d - d_before);

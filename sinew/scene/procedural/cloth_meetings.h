@@ -35,6 +35,9 @@ class ClothMeetings {
     uint16_t row, column;
   };
   static_assert(sizeof(Entry) == 16);
+  struct Place {
+    vec3 now, before;
+  };
   struct Correction {
     vec3 push{0.0f};   // of the point
     vec3 shift{0.0f};  // of where it was before
@@ -42,6 +45,7 @@ class ClothMeetings {
 
   uint32_t slot_of(vec3 p) const;
   void sort_into_slots(const GridPoints& points);
+  bool still_valid(const GridPoints& points) const;
 
   float distance_;  // that the layers keep
   float reach_;     // of the search, and the side of a cell
@@ -51,6 +55,8 @@ class ClothMeetings {
   std::vector<uint32_t> slot_;        // of every point
   std::vector<uint32_t> partners_;    // kMost a point
   std::vector<uint8_t> partner_count_;
+  std::vector<vec3> searched_at_;  // where the points were at the last search
+  std::vector<Place> places_;      // copies, so that a partner is one access
   std::vector<Correction> corrections_;
 };
 

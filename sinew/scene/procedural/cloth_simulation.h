@@ -17,9 +17,9 @@ struct ClothConfig {
   float width = 2.4f;    // metres a side
   uint32_t frames = 94;
   double fps = 25.0;
-  uint32_t steps = 16;        // a frame
+  uint32_t steps = 12;        // a frame
   uint32_t sweeps = 2;        // over all links, a step
-  uint32_t search_every = 8;  // steps from one search for parts of the cloth that meet to the next
+  uint32_t search_every = 6;  // steps from one search for parts of the cloth that meet to the next
 
   vec3 start{0.0f, 1.5f, 0.0f};  // of the middle
   float turn = 0.0f;             // radians around +Y
@@ -30,11 +30,11 @@ struct ClothConfig {
   float ball_radius = 0.6f;
   float clearance = 0.006f;  // between the cloth and what it lies on, metres
 
-  float ball_friction = 0.17f;  // Coulomb's coefficients
+  float ball_friction = 0.14f;  // Coulomb's coefficients
   float ground_friction = 0.9f;
   float cloth_friction = 0.3f;  // share of the sliding of two layers that a step takes away
   float drag = 2.0f;            // share of the speed that air takes away, a second
-  float shear = 0.6f;          // share of an error that a step corrects, 0 to 1
+  float shear = 0.6f;           // share of an error that a step corrects, 0 to 1
   float bend = 0.08f;           // the same, for links over two cells
 };
 

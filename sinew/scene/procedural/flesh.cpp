@@ -37,8 +37,8 @@ float RoundCone::distance(vec3 p) const {
   return std::sqrt((t - s) * (t - s) + q * q) - (radius_a + m * s);
 }
 
-FleshBody::FleshBody(std::vector<Flesh> flesh, std::vector<int8_t> limbs)
-    : flesh_(std::move(flesh)), limbs_(std::move(limbs)) {
+FleshBody::FleshBody(std::vector<Flesh> flesh, std::vector<int8_t> limbs, const SkinConfig& skin)
+    : flesh_(std::move(flesh)), limbs_(std::move(limbs)), skin_(skin) {
   SINEW_CHECK(flesh_.size() < 256);
   for (const Flesh& f : flesh_) {
     box_.extend({f.shape.a - f.shape.radius_a, f.shape.a + f.shape.radius_a});
@@ -100,6 +100,26 @@ uint32_t FleshBody::nearest(vec3 p) const {
   return best;
 }
 
+FleshBody::NearestLimb FleshBody::nearest_limb(std::span<const float> distances) const {
+  constexpr float kFar = std::numeric_limits<float>::infinity();
+  NearestLimb result;
+  float least = kFar, second = kFar;  // distances of the nearest limb, and of the nearest other
+  for (size_t j = 0; j < limbs_.size(); ++j) {
+    if (limbs_[j] == kTrunk) continue;
+    if (distances[j] < least) {
+      if (limbs_[j] != result.limb) second = least;
+      least = distances[j];
+      result.limb = limbs_[j];
+    } else if (limbs_[j] != result.limb) {
+      second = std::min(second, distances[j]);
+    }
+  }
+  if (skin_.limb_margin > 0.0f && second < kFar) {
+    result.share = glm::smoothstep(0.0f, skin_.limb_margin, second - least);
+  }
+  return result;
+}
+
 SkinWeights FleshBody::skin_weights(vec3 p) const {
   constexpr float kFar = std::numeric_limits<float>::infinity();
   std::vector<float> distance(limbs_.size(), kFar), softness(limbs_.size(), 0.0f);
@@ -107,22 +127,17 @@ SkinWeights FleshBody::skin_weights(vec3 p) const {
     const float d = f.shape.distance(p);
     if (d >= distance[f.joint]) continue;
     distance[f.joint] = d;
-    softness[f.joint] = 0.36f * std::min(0.16f, std::max(f.shape.radius_a, f.shape.radius_b));
+    softness[f.joint] = skin_.softness *
+                        std::min(skin_.most_softness, std::max(f.shape.radius_a, f.shape.radius_b));
   }
   // Only the nearest limb counts, so that nothing bleeds from leg to leg.
   const float nearest = *std::ranges::min_element(distance);
-  int8_t nearest_limb = kTrunk;
-  float limb_distance = kFar;
-  for (size_t j = 0; j < limbs_.size(); ++j) {
-    if (limbs_[j] == kTrunk || distance[j] >= limb_distance) continue;
-    limb_distance = distance[j];
-    nearest_limb = limbs_[j];
-  }
+  const NearestLimb limb = nearest_limb(distance);
   std::vector<std::pair<float, uint16_t>> candidates(limbs_.size());
   for (size_t j = 0; j < limbs_.size(); ++j) {
-    const bool other_limb = limbs_[j] != kTrunk && limbs_[j] != nearest_limb;
+    const float share = limbs_[j] == kTrunk ? 1.0f : limbs_[j] == limb.limb ? limb.share : 0.0f;
     const float x = (distance[j] - nearest) / std::max(softness[j], 1e-3f);
-    candidates[j] = {other_limb ? 0.0f : std::exp(-x * x), static_cast<uint16_t>(j)};
+    candidates[j] = {share > 0.0f ? share * std::exp(-x * x) : 0.0f, static_cast<uint16_t>(j)};
   }
   constexpr uint32_t n = SkinWeights::kInfluences;
   std::ranges::partial_sort(candidates, candidates.begin() + n + 1, std::greater<>());

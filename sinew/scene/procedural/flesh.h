@@ -40,6 +40,13 @@ struct SkinWeights {
   std::array<float, kInfluences> weights{};  // sum to 1
 };
 
+// How skin weights fade from joint to joint.
+struct SkinConfig {
+  float softness = 0.36f;       // of the fading, in radii of a joint's flesh
+  float most_softness = 0.16f;  // the radius that counts is at most this
+  float limb_margin = 0.0f;  // metres by which a limb must be nearer than any other to count fully
+};
+
 class FleshBody {
  public:
   static constexpr int8_t kTrunk = -1;
@@ -47,7 +54,7 @@ class FleshBody {
   FleshBody() = default;
   // At most 255 pieces of flesh. `limbs`: for every joint the number of the limb it belongs to, or
   // kTrunk; a vertex follows the joints of one limb only.
-  FleshBody(std::vector<Flesh> flesh, std::vector<int8_t> limbs);
+  FleshBody(std::vector<Flesh> flesh, std::vector<int8_t> limbs, const SkinConfig& skin = {});
 
   const Box& box() const { return box_; }  // contains the surface
   float field(vec3 p) const;               // negative inside, nearly a distance outside
@@ -57,9 +64,15 @@ class FleshBody {
  private:
   void fill_grid();
   float blend_all(vec3 p, std::span<const uint8_t> pieces) const;
+  struct NearestLimb {
+    int8_t limb = kTrunk;
+    float share = 1.0f;  // how fully it counts
+  };
+  NearestLimb nearest_limb(std::span<const float> distances) const;
 
   std::vector<Flesh> flesh_;
   std::vector<int8_t> limbs_;
+  SkinConfig skin_;
   // Cells of a coarse grid over the box list the flesh that matters inside them, in order.
   Box box_;
   std::vector<uint32_t> cell_start_;  // one more than there are cells

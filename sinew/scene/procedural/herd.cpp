@@ -115,7 +115,7 @@ void add_cameras(Scene& scene, Clip& clip, uint32_t count) {
     float yfov;
   };
   const std::array<View, 2> views{{
-      {"Beside", {side + 5.0f, 3.1f, front + 6.0f}, {0.0f, 0.9f, front - 7.0f}, 0.62f},
+      {"Beside", {side + 5.0f, 2.5f, front + 6.0f}, {0.0f, 1.2f, front - 7.5f}, 0.52f},
       {"Above", {side + 16.0f, 20.0f, front + 14.0f}, {0.0f, 0.0f, 0.15f * front}, 0.70f},
   }};
   const std::vector<float> times = even_times(kHerdFrames, kSeconds);
@@ -185,10 +185,13 @@ Result<Scene> make_herd(const StudyArguments& arguments) {
   SINEW_TRY(const uint32_t triangles, arguments.integer("triangles", 2000, 200000));
   SINEW_TRY(const uint32_t terrain, arguments.integer("terrain", 1000, 20000000));
   Scene scene;
-  scene.materials.push_back(colored_material("coat", vec3(1.0f), 0.55f));
+  Material coat = colored_material("coat", vec3(1.0f), 0.85f);
+  coat.specular = 0.25f;
+  scene.materials.push_back(std::move(coat));
   scene.images.push_back(paint_grass(512));
   Material grass = colored_material("grass", vec3(1.0f), 0.95f);
   grass.base_color_texture.image = 0;
+  grass.specular = 0.2f;
   scene.materials.push_back(std::move(grass));
   Clip clip;
   clip.name = "Run";
@@ -196,8 +199,8 @@ Result<Scene> make_herd(const StudyArguments& arguments) {
   add_mesh_node(scene, make_terrain(terrain, kTile, kGrassMaterial));
   add_animals(scene, clip, count, triangles);
   add_cameras(scene, clip, count);
-  add_sun(scene, "sun", {{0.75f, 0.62f, 0.55f}, {1.0f, 0.86f, 0.66f}, 4.6f});
-  add_sun(scene, "sky", {{-0.4f, 1.0f, 0.3f}, {0.60f, 0.75f, 1.0f}, 0.7f});
+  add_sun(scene, "sun", {{0.75f, 0.62f, 0.55f}, {1.0f, 0.88f, 0.70f}, 3.7f});
+  add_sun(scene, "sky", {{-0.4f, 1.0f, 0.3f}, {0.60f, 0.75f, 1.0f}, 0.5f});
   scene.clips.push_back(std::move(clip));
   scene.environment = {{0.13f, 0.28f, 0.58f}, {0.62f, 0.64f, 0.62f}, {0.14f, 0.12f, 0.08f}};
   scene.default_frames = kHerdFrames;

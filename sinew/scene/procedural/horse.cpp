@@ -65,8 +65,8 @@ void add_head(Anatomy& a) {
            0.070f},
           0.05f);
     a.add(kSkull, Cover::hide,
-          {mirrored({0.062f, 1.92f, 0.96f}, side), 0.030f, mirrored({0.088f, 2.06f, 0.98f}, side),
-           0.012f},
+          {mirrored({0.062f, 1.92f, 0.96f}, side), 0.036f, mirrored({0.088f, 2.05f, 0.98f}, side),
+           0.020f},
           0.03f);
   }
 }
@@ -94,7 +94,7 @@ Anatomy make_anatomy() {
   Anatomy anatomy;
   add_trunk(anatomy);
   add_head(anatomy);
-  for (uint32_t leg = 0; leg < kLegs4; ++leg) add_leg(anatomy, leg);
+  for (uint32_t leg = 0; leg < kHorseLegCount; ++leg) add_leg(anatomy, leg);
   return anatomy;
 }
 
@@ -112,7 +112,7 @@ constexpr std::array<Coat, kCoats> kCoatColors{{
      {0.36f, 0.135f, 0.045f},
      {0.30f, 0.125f, 0.050f},
      {0.27f, 0.10f, 0.035f},
-     {0.22f, 0.095f, 0.050f}},
+     {0.13f, 0.058f, 0.032f}},
     {"black",
      {0.022f, 0.018f, 0.017f},
      {0.010f, 0.009f, 0.009f},
@@ -173,11 +173,11 @@ const HorseSkeleton& horse_skeleton() {
     constexpr std::array<vec3, kLegJoints> hind{
         vec3(0.14f, 1.22f, -0.58f), vec3(0.175f, 0.90f, -0.42f), vec3(0.155f, 0.56f, -0.78f),
         vec3(0.155f, 0.155f, -0.69f)};
-    constexpr std::array<const char*, kLegs4> leg_names{"left fore", "right fore", "left hind",
-                                                        "right hind"};
+    constexpr std::array<const char*, kHorseLegCount> leg_names{"left fore", "right fore",
+                                                                "left hind", "right hind"};
     constexpr std::array<const char*, kLegJoints> joint_names{"upper", "lower", "cannon",
                                                               "pastern"};
-    for (uint32_t leg = 0; leg < kLegs4; ++leg) {
+    for (uint32_t leg = 0; leg < kHorseLegCount; ++leg) {
       const LegJoints leg_joints = horse_leg(leg);
       for (uint32_t i = 0; i < kLegJoints; ++i) {
         const uint32_t trunk = leg < 2 ? kWithers : kCroup;
@@ -197,7 +197,8 @@ std::vector<Mesh> make_horses(uint32_t triangles, uint32_t material) {
   for (uint32_t j = kHorseLegs; j < kHorseJoints; ++j) {
     limbs[j] = static_cast<int8_t>((j - kHorseLegs) / kLegJoints);
   }
-  const FleshBody body(anatomy.flesh, std::move(limbs));
+  // Long muscles: the skin of the flanks gives way gradually.
+  const FleshBody body(anatomy.flesh, std::move(limbs), {0.55f, 0.22f, 0.07f});
   // Flat soles.
   const Field field = [&](vec3 p) { return smooth_max(body.field(p), 0.004f - p.y, 0.012f); };
   ImplicitMeshConfig config;

@@ -25,7 +25,7 @@ enum HorseJoint : uint32_t {
 inline constexpr uint32_t kHorseTail = 4;
 
 // Left before right, fore before hind.
-inline constexpr uint32_t kLegs4 = 4;
+inline constexpr uint32_t kHorseLegCount = 4;
 inline LegJoints horse_leg(uint32_t leg) {
   const uint32_t first = kHorseLegs + kLegJoints * leg;
   return {first, first + 1, first + 2, first + 3};

@@ -92,7 +92,7 @@ HorsePose gallop_pose(const Gallop& gallop, double time) {
   // Highest when all hooves are in the air, croup up while the fore hooves stand; the back rounds
   // as the hind legs come forward, and the neck takes back what the trunk does.
   pose.croup =
-      horse_skeleton()[kCroup].position + vec3(0.0f, -0.055f + 0.045f * swing(u, 0.80f), 0.0f);
+      horse_skeleton()[kCroup].position + vec3(0.0f, -0.072f + 0.045f * swing(u, 0.80f), 0.0f);
   const float rock = 0.085f * swing(u, 0.55f), round = 0.10f * swing(u, 0.93f);
   pose.rotation[kCroup] = glm::angleAxis(rock - 0.9f * round, kX);
   pose.rotation[kLoin] = glm::angleAxis(0.9f * round, kX);
@@ -109,7 +109,7 @@ HorsePose gallop_pose(const Gallop& gallop, double time) {
   }
   std::array<JointFrame, kHorseJoints> frames;
   joint_frames(horse_skeleton(), pose.croup, pose.rotation, frames);
-  for (uint32_t leg = 0; leg < kLegs4; ++leg) {
+  for (uint32_t leg = 0; leg < kHorseLegCount; ++leg) {
     const LegJoints joints = horse_leg(leg);
     const auto trunk = static_cast<size_t>(horse_skeleton()[joints[kUpper]].parent);
     plant(horse_skeleton(), joints, gallop_step(gallop, leg, time), frames[trunk], pose.rotation);

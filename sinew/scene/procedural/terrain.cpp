@@ -104,7 +104,7 @@ Image8 paint_grass(uint32_t resolution) {
     const vec3 at((2.0f + std::cos(a)) * std::cos(b), (2.0f + std::cos(a)) * std::sin(b),
                   std::sin(a));
     const float blades = fractal_noise(9.0f * at, 5, 61);
-    return vec3(glm::clamp(0.62f + 1.1f * blades, 0.08f, 1.0f));
+    return vec3(glm::clamp(0.80f + 0.62f * blades, 0.25f, 1.0f));
   });
 }
 
