@@ -15,12 +15,9 @@ namespace {
 constexpr uint32_t kMaxWebpSide = 16383;  // pixels, by the format
 
 constexpr const char* kExamples =
-    "INPUT is a .gltf, .glb, .obj, .ply or .aff file, a sequence walk_####.obj or .ply, a vertex
-"
-    "cache base.obj+positions.pc2 or .mdd, or a study scene study:NAME (`sinew info study:`
-"
-    "lists them).
-"
+    "INPUT is a .gltf, .glb, .obj, .ply or .aff file, a sequence walk_####.obj or .ply, a vertex\n"
+    "cache base.obj+positions.pc2 or .mdd, or a study scene study:NAME (`sinew info study:`\n"
+    "lists them).\n"
     "Frames count from 1; frame n shows the time start + (n - 1) / fps of the clip.\n"
     "\n"
     "Examples:\n"
