@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/program.h"
+#include "sinew/scene/study.h"
 #include "test_data.h"
 
 namespace sinew {
@@ -53,7 +54,7 @@ TEST(Info, ListsStudyScenes) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_EQ(outcome.err, "");
   const auto json = nlohmann::json::parse(run_sinew({"info", "study:", "--json"}).out);
-  EXPECT_EQ(json["studies"].size(), 5u);
+  EXPECT_EQ(json["studies"].size(), study_scenes().size());
   for (const auto& study : json["studies"]) {
     EXPECT_NE(outcome.out.find("study:" + study["name"].get<std::string>()), std::string::npos);
   }
