@@ -226,6 +226,7 @@ void resolve_material(const Scene& scene, const Mesh& mesh, const Hit& hit,
   metallic = std::clamp(metallic, 0.0f, 1.0f);
   out.roughness = std::clamp(roughness, 0.0f, 1.0f);
   out.specular = mix(dielectric_reflectance(material), vec3(base), metallic);
+  out.grazing = 1.0f - (1.0f - material.specular) * (1.0f - metallic);
   out.albedo = vec3(base) * (1.0f - metallic);
   out.transmitted = vec3(0.0f);
   if (material.transmission > 0.0f) {

@@ -19,6 +19,7 @@ struct Surface {
   vec3 geometric_normal{0.0f};  // world, unit, of the triangle, towards the ray
   vec3 albedo{0.0f};            // diffuse reflectance
   vec3 specular{0.0f};          // reflectance at normal incidence
+  float grazing = 1.0f;         // reflectance at grazing incidence, if smooth
   vec3 transmitted{0.0f};       // share of what is not reflected that passes through
   vec3 emission{0.0f};
   float roughness = 1.0f;

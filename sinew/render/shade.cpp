@@ -38,7 +38,7 @@ vec3 scatter(const Surface& surface, vec3 view, vec3 to_light) {
   if (!(n_l > 0.0f)) return vec3(0.0f);
   const vec3 half = normalize(view + to_light);
   const float exponent = phong_exponent(surface.roughness);
-  const vec3 fresnel = surface.specular + (1.0f - surface.specular) *
+  const vec3 fresnel = surface.specular + (surface.grazing - surface.specular) *
                                               pow5(1.0f - std::clamp(dot(view, half), 0.0f, 1.0f));
   const float lobe = (exponent + 8.0f) / (8.0f * kPi) *
                      std::pow(std::clamp(dot(surface.normal, half), 0.0f, 1.0f), exponent);
@@ -46,8 +46,8 @@ vec3 scatter(const Surface& surface, vec3 view, vec3 to_light) {
 }
 
 vec3 mirror_reflectance(const Surface& surface, vec3 view) {
-  // Rough surfaces brighten less towards grazing angles: their ceiling is 1 - roughness.
-  const vec3 ceiling = max(vec3(1.0f - surface.roughness), surface.specular);
+  // Rough surfaces brighten less towards grazing angles: the ceiling shrinks with roughness.
+  const vec3 ceiling = max(vec3((1.0f - surface.roughness) * surface.grazing), surface.specular);
   const float grazing = pow5(1.0f - thin_side_cosine(surface, view));
   return surface.specular + (ceiling - surface.specular) * grazing;
 }

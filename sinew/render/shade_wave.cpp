@@ -40,7 +40,8 @@ struct Encounter {
 struct Passage {
   Continuation next;
   bool traced = false;
-  vec3 share{0.0f};  // of the light that comes through, if it is not traced
+  bool reflected = false;  // totally: what a mirror would show comes this way
+  vec3 share{0.0f};        // of the light that comes through, if it is not traced
 };
 
 // The reflection of the path if it is worth a ray. `share` is what a sharp mirror shows of it.
@@ -67,6 +68,7 @@ Passage pass_through(const Encounter& e) {
     out.next.ray.origin = leave_behind(e.surface, e.surface.position);
     out.next.ray.direction = *bent;
   } else {
+    out.reflected = true;
     out.next.ray.origin = leave_before(e.surface, e.surface.position);
     out.next.ray.direction = mirror_direction(e.surface, e.view());
   }
@@ -119,14 +121,15 @@ vec4 shade_surface(const FrameContext& frame, const Wave& wave, size_t index, si
 
   vec3 radiance = surface.emission;
   if (!surface.unlit) {
-    float share = mirror_share(surface.roughness);
-    if (const auto mirrored = mirror(e, share, alpha)) {
-      offspring.push(chunk, mirrored->ray, mirrored->path);
-    } else {
-      share = 0.0f;
+    float traced = 1.0f;  // share of the mirror image that rays bring
+    if (!passage.reflected) {
+      const float sharp = mirror_share(surface.roughness);
+      const auto mirrored = mirror(e, sharp, alpha);
+      if (mirrored) offspring.push(chunk, mirrored->ray, mirrored->path);
+      traced = mirrored ? sharp : 0.0f;
     }
     radiance += wave.direct[index] +
-                scatter_environment(surface, environment, -direction, wave.ambient[index], share);
+                scatter_environment(surface, environment, -direction, wave.ambient[index], traced);
   }
   if (passage.traced) {
     offspring.push(chunk, passage.next.ray, passage.next.path);

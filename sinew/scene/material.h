@@ -44,7 +44,7 @@ struct Material {
   bool unlit = false;
 
   // Reflectance at normal incidence of what is not metal:
-  // min(((ior - 1) / (ior + 1))^2 * specular_color, 1) * specular.
+  // min(((ior - 1) / (ior + 1))^2 * specular_color, 1) * specular. At grazing incidence: specular.
   float ior = 1.5f;  // index of refraction, >= 1
   float specular = 1.0f;
   vec3 specular_color{1.0f};  // linear; may be above 1

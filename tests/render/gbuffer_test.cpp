@@ -170,6 +170,11 @@ TEST(GBuffer, MaterialsAreMappedAsGltfSays) {
   EXPECT_NEAR(s.occlusion, 1.0f - 0.5f * 0.6f, 1e-5f);
   expect_near(s.emission, vec3(2.0f, 0.0f, 1.0f));
   EXPECT_EQ(s.alpha, 1.0f);
+  EXPECT_EQ(s.grazing, 1.0f);
+  m.specular = 0.5f;
+  const Surface weaker = middle(t);
+  expect_near(weaker.specular, vec3(0.02f) * 0.9f + base * 0.1f);
+  EXPECT_NEAR(weaker.grazing, 0.5f * 0.9f + 0.1f, 1e-5f);
 }
 
 }  // namespace

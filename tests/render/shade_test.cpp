@@ -46,6 +46,16 @@ TEST(Shade, HighlightByHand) {
   EXPECT_NEAR(scatter(surface, v, l).x, expected, 1e-5f);
 }
 
+TEST(Shade, WithoutSpecularNothingShinesAtAnyAngle) {
+  Surface surface = plane(vec3(0.5f), vec3(0.0f), 0.0f);
+  surface.grazing = 0.0f;
+  for (float angle : {0.0f, 1.0f, 1.5f}) {
+    const vec3 v(std::sin(angle), std::cos(angle), 0.0f), l(-v.x, v.y, 0.0f);
+    EXPECT_EQ(mirror_reflectance(surface, v), vec3(0.0f));
+    EXPECT_NEAR(scatter(surface, v, l).x, 0.5f / kPi * std::cos(angle), 1e-6f);
+  }
+}
+
 // The normalisation is exact for a highlight seen head-on; at a slant it may be 8% too bright.
 TEST(Shade, ReflectsNoMoreThanArrives) {
   for (float roughness : {0.0f, 0.2f, 0.4f, 0.7f, 1.0f}) {

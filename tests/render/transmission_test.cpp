@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 #include "render/test_scene.h"
 #include "sinew/render/shade.h"
@@ -139,6 +140,27 @@ TEST(Transmission, BeyondTheLastRefractionIsTheEnvironment) {
   expect_color(pixel(t.render(), 20, 16), vec3(1.0f));
   t.settings.refractions = 2;
   expect_color(pixel(t.render(), 20, 16), vec3(0.0f, 0.5f, 0.0f));
+}
+
+TEST(Transmission, GlassCannotBeSeenInAWhiteFurnace) {
+  // Whatever a ray does in clear glass, total reflection included, white light comes of it.
+  for (const float roughness : {0.0f, 0.25f, 0.6f}) {
+    TestScene t;
+    const uint32_t glass = t.add_material(vec3(1.0f), roughness);
+    t.scene.materials[glass].transmission = 1.0f;
+    t.scene.materials[glass].thin = false;
+    t.scene.environment = {vec3(1.0f), vec3(1.0f), vec3(1.0f)};
+    const vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1), low(-0.5f), high(0.5f);
+    for (const auto& [a, b] : {std::pair(x, y), std::pair(y, z), std::pair(z, x)}) {
+      t.place(t.add_quad(low, b, a, glass));
+      t.place(t.add_quad(high, -a, -b, glass));
+    }
+    t.add_light(LightType::directional, vec3(0.0f), vec3(0, 0, -1), 0.0f);
+    t.camera = look_at(vec3(1.5f, 1.0f, 2.0f), vec3(0.0f), y, 0.8f);
+    t.settings.reflections = 4;
+    for (const vec4& p : t.render().pixels) expect_color(p, vec3(1.0f), 1e-3f);
+    EXPECT_GT(t.stats.rays.refraction, t.stats.rays.primary / 2);
+  }
 }
 
 TEST(Transmission, ShadowsAreTinted) {

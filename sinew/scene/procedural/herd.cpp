@@ -186,12 +186,12 @@ Result<Scene> make_herd(const StudyArguments& arguments) {
   SINEW_TRY(const uint32_t terrain, arguments.integer("terrain", 1000, 20000000));
   Scene scene;
   Material coat = colored_material("coat", vec3(1.0f), 0.85f);
-  coat.specular = 0.25f;
+  coat.specular_color = vec3(0.25f);
   scene.materials.push_back(std::move(coat));
   scene.images.push_back(paint_grass(512));
   Material grass = colored_material("grass", vec3(1.0f), 0.95f);
   grass.base_color_texture.image = 0;
-  grass.specular = 0.2f;
+  grass.specular_color = vec3(0.2f);
   scene.materials.push_back(std::move(grass));
   Clip clip;
   clip.name = "Run";
