@@ -15,15 +15,11 @@ struct Between {
   float fraction;
 };
 
-std::vector<Between> places_between(uint32_t size, uint32_t drawn, uint32_t step) {
-  std::vector<Between> out(size);
-  for (uint32_t i = 0; i < size; ++i) {
-    const float at = (static_cast<float>(i) + 0.5f) / static_cast<float>(step) - 0.5f;
-    const float inside = std::clamp(at, 0.0f, static_cast<float>(drawn - 1));
-    const uint32_t low = static_cast<uint32_t>(inside);
-    out[i] = {low, std::min(low + 1, drawn - 1), inside - static_cast<float>(low)};
-  }
-  return out;
+Between place_between(size_t pixel, uint32_t drawn, uint32_t step) {
+  const float at = (static_cast<float>(pixel) + 0.5f) / static_cast<float>(step) - 0.5f;
+  const float inside = std::clamp(at, 0.0f, static_cast<float>(drawn - 1));
+  const uint32_t low = static_cast<uint32_t>(inside);
+  return {low, std::min(low + 1, drawn - 1), inside - static_cast<float>(low)};
 }
 
 // Radiance brought into [0, 1) and back. Between the two, a highlight of a thousand times white
@@ -116,20 +112,19 @@ void CoarseToFine::fill(size_t drawn, Image& image) const {
 }
 
 void upsample(Image& drawn, uint32_t step, Image& out) {
-  const std::vector<Between> columns = places_between(out.width, drawn.width, step);
-  const std::vector<Between> rows = places_between(out.height, drawn.height, step);
   parallel_for(drawn.pixels.size(), 4096, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) drawn.pixels[i] = compress(drawn.pixels[i]);
   });
   parallel_for(out.height, 8, [&](size_t begin, size_t end) {
     for (size_t y = begin; y < end; ++y) {
-      const vec4* low = &drawn.pixels[size_t{rows[y].low} * drawn.width];
-      const vec4* high = &drawn.pixels[size_t{rows[y].high} * drawn.width];
+      const Between row = place_between(y, drawn.height, step);
+      const vec4* low = &drawn.pixels[size_t{row.low} * drawn.width];
+      const vec4* high = &drawn.pixels[size_t{row.high} * drawn.width];
       vec4* to = &out.pixels[y * out.width];
       for (uint32_t x = 0; x < out.width; ++x) {
-        const auto [left, right, fraction] = columns[x];
+        const auto [left, right, fraction] = place_between(x, drawn.width, step);
         to[x] = expand(mix(mix(low[left], low[right], fraction),
-                           mix(high[left], high[right], fraction), rows[y].fraction));
+                           mix(high[left], high[right], fraction), row.fraction));
       }
     }
   });

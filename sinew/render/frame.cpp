@@ -144,10 +144,12 @@ FrameStats render_frame(const World& world, const Scene& scene, const ScenePose&
                         RenderScratch& scratch, Image& out) {
   check_settings(settings);
   Tally tally;
-  FrameContext frame = make_context(world, scene, settings);
+  RenderSettings in_frame = settings;
+  if (settings.time_budget_ms > 0.0) in_frame.samples = 1;
+  FrameContext frame = make_context(world, scene, in_frame);
   const uint32_t step = settings.subsampling;
   const TileGrid grid{(settings.width + step - 1) / step, (settings.height + step - 1) / step};
-  begin_frame(world, scene, pose, camera, uint64_t{grid.width} * grid.height * settings.samples,
+  begin_frame(world, scene, pose, camera, uint64_t{grid.width} * grid.height * in_frame.samples,
               scratch);
   const DrawnPixels pixels{CameraRays(camera, settings.width, settings.height), grid,
                            static_cast<float>(step)};

@@ -47,20 +47,21 @@ vec2 sample_point(uint32_t pass, uint32_t sample, uint32_t samples) {
 
 }  // namespace
 
-bool Refinement::View::shows(const Scene& other_scene, const ScenePose& pose,
-                             const CameraView& other_camera,
+bool Refinement::View::shows(const World& other_world, const Scene& other_scene,
+                             const ScenePose& pose, const CameraView& other_camera,
                              const RenderSettings& other_settings) const {
-  return scene == &other_scene && same(camera, other_camera) && settings == other_settings &&
-         same_bits(nodes, pose.nodes) && same_bits(joints, pose.joints) &&
-         same_bits(visible, pose.visible) && same_bits(weights, pose.weights) &&
-         same_bits(free, pose.free) &&
+  return scene == &other_scene && world == &other_world && same(camera, other_camera) &&
+         settings == other_settings && same_bits(nodes, pose.nodes) &&
+         same_bits(joints, pose.joints) && same_bits(visible, pose.visible) &&
+         same_bits(weights, pose.weights) && same_bits(free, pose.free) &&
          std::equal(objects.begin(), objects.end(), pose.objects.begin(), pose.objects.end(),
                     same_key);
 }
 
-void Refinement::View::keep(const Scene& new_scene, const ScenePose& pose,
+void Refinement::View::keep(const World& new_world, const Scene& new_scene, const ScenePose& pose,
                             const CameraView& new_camera, const RenderSettings& new_settings) {
   scene = &new_scene;
+  world = &new_world;
   camera = new_camera;
   settings = new_settings;
   nodes = pose.nodes;
@@ -114,8 +115,8 @@ FrameStats Refinement::draw(const World& world, const Scene& scene, const SceneP
                             RenderScratch& scratch, Image& out) {
   RenderSettings in_pass = settings;
   in_pass.time_budget_ms = 0.0;
-  if (!view_.shows(scene, pose, camera, in_pass)) {
-    view_.keep(scene, pose, camera, in_pass);
+  if (!view_.shows(world, scene, pose, camera, in_pass)) {
+    view_.keep(world, scene, pose, camera, in_pass);
     return begin(world, scene, pose, settings, scratch, out);
   }
   const Deadline deadline =

@@ -13,10 +13,13 @@ namespace sinew {
 class Refinement {
  public:
   // As render_frame(). Starts anew if the pose, the camera or the settings (but for the time
-  // budget) differ from the last call's in any bit.
+  // budget) differ from the last call's in any bit, or scene or world are other objects.
   FrameStats draw(const World& world, const Scene& scene, const ScenePose& pose,
                   const CameraView& camera, const RenderSettings& settings, RenderScratch& scratch,
                   Image& out);
+
+  // For what draw() cannot see: the scene or the world was given other contents.
+  void restart() { view_.scene = nullptr; }
 
   // Samples that every pixel has had at least, not counting a first picture that was not complete.
   uint32_t samples() const { return passes_ * view_.settings.samples; }
@@ -24,7 +27,8 @@ class Refinement {
  private:
   // Everything that a picture depends on.
   struct View {
-    const Scene* scene = nullptr;
+    const Scene* scene = nullptr;  // null: there has been none
+    const World* world = nullptr;
     CameraView camera;
     RenderSettings settings;  // without a time budget
     std::vector<Affine> nodes, joints;
@@ -33,10 +37,10 @@ class Refinement {
     std::vector<vec3> free;
     std::vector<Pose> objects;  // for their keys; the spans are not compared
 
-    bool shows(const Scene& scene, const ScenePose& pose, const CameraView& camera,
-               const RenderSettings& settings) const;
-    void keep(const Scene& scene, const ScenePose& pose, const CameraView& camera,
-              const RenderSettings& settings);
+    bool shows(const World& world, const Scene& scene, const ScenePose& pose,
+               const CameraView& camera, const RenderSettings& settings) const;
+    void keep(const World& world, const Scene& scene, const ScenePose& pose,
+              const CameraView& camera, const RenderSettings& settings);
   };
 
   FrameStats begin(const World& world, const Scene& scene, const ScenePose& pose,

@@ -190,6 +190,10 @@ TEST(Refinement, StartsAnewWhenSomethingMoves) {
   EXPECT_EQ(draw(), 2u);
   t.settings.exposure = 1.0f;
   EXPECT_EQ(draw(), 1u);
+  EXPECT_EQ(draw(), 2u);
+  t.scene.materials[0].base_color = vec4(1.0f);
+  refinement.restart();
+  EXPECT_EQ(draw(), 1u);
 }
 
 }  // namespace
