@@ -10,14 +10,13 @@
 
 #include "app/command.h"
 #include "app/contact_sheet.h"
+#include "app/draw_shot.h"
 #include "app/frame_output.h"
 #include "app/frames.h"
 #include "app/hide.h"
 #include "app/interrupt.h"
-#include "app/report.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/output_file.h"
-#include "sinew/render/refinement.h"
 #include "sinew/world/world.h"
 
 namespace sinew::app {
@@ -60,93 +59,6 @@ std::vector<Shot> without_existing(const std::vector<Shot>& shots, const OutputN
   return missing;
 }
 
-// Puts an opaque colour behind the picture.
-void lay_under(Image8& image, const Rgb& color) {
-  for (size_t i = 0; i < image.pixels.size(); i += 4) {
-    const uint32_t alpha = image.pixels[i + 3];
-    for (size_t c = 0; c < 3; ++c) {
-      const uint32_t mixed = alpha * image.pixels[i + c] + (255 - alpha) * color[c];
-      image.pixels[i + c] = static_cast<uint8_t>((mixed + 127) / 255);
-    }
-    image.pixels[i + 3] = 255;
-  }
-}
-
-using Clock = std::chrono::steady_clock;
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-constexpr double kLeastBudget = 0.1;  // ms for rays, so that there is a picture
-
-// The scene on its way through the frames.
-struct Stage {
-  const RenderJob& job;
-  const Scene& scene;
-  World& world;
-  const FrameCamera& camera;
-  RenderScratchPtr scratch = make_render_scratch();
-  Refinement refinement{};
-  double finish_ms = 0.0;  // what the last picture took beyond update and radiance
-  LayerScratch layer_scratch{};
-  CameraView view{};
-  Image radiance{};
-  FrameLayers layers{};
-  Image8 picture{};
-  uint32_t absent = 0;  // most objects left out of a frame
-};
-
-// Light in the picture, within what is left of the frame's time since `start`.
-FrameStats draw_radiance(Stage& stage, Clock::time_point start, RenderSettings settings) {
-  if (settings.time_budget_ms > 0.0) {
-    settings.time_budget_ms =
-        std::max(settings.time_budget_ms - ms_since(start) - stage.finish_ms, kLeastBudget);
-  }
-  const ScenePose& pose = stage.world.pose();
-  return stage.job.progressive ? stage.refinement.draw(stage.world, stage.scene, pose, stage.view,
-                                                       settings, *stage.scratch, stage.radiance)
-                               : render_frame(stage.world, stage.scene, pose, stage.view, settings,
-                                              *stage.scratch, stage.radiance);
-}
-
-// Traces what the output is made of, to stage.radiance and stage.layers, and makes stage.picture.
-void draw_picture(Stage& stage, Clock::time_point start, FrameRecord& record) {
-  const RenderJob& job = stage.job;
-  const bool exr = job.output.format == OutputFormat::exr;
-  const LayerChoice choice = exr ? job.layers : layers_for(job.view);
-  RenderSettings settings = job.settings;
-  settings.transparent |= job.background.has_value();
-  const ScenePose& pose = stage.world.pose();
-  const bool shows = !exr || !job.contact_sheet.empty();
-  if (choice.color || (exr && shows)) {
-    record.stats = draw_radiance(stage, start, settings);
-  }
-  const Clock::time_point drawn = Clock::now();
-  trace_layers(stage.world, stage.scene, pose, stage.view, settings.width, settings.height, choice,
-               stage.layer_scratch, stage.layers);
-  if (!shows) return;
-  if (job.view.wants_light()) tonemap(stage.radiance, settings.exposure, stage.picture);
-  if (job.background) lay_under(stage.picture, *job.background);
-  record.view = draw_view(job.view, stage.world, stage.view, stage.layers, stage.picture);
-  stage.finish_ms = ms_since(drawn);
-}
-
-// Moves the world to the shot's time and draws it.
-Result<FrameRecord> draw(Stage& stage, const Shot& shot) {
-  const Clock::time_point start = Clock::now();
-  SINEW_CHECKED(stage.world.set_time(shot.time));
-  const ScenePose& pose = stage.world.pose();
-  stage.absent = std::max(stage.absent, pose.absent);
-  FrameRecord record;
-  record.shot = shot;
-  record.update_ms = stage.world.stats().update_ms;
-  stage.view = stage.camera.view(stage.scene, pose);
-  draw_picture(stage, start, record);
-  record.total_ms = ms_since(start);
-  return record;
-}
-
 // What a picture of one view says about itself.
 ImageMetadata about_view(const ViewRecord& record) {
   if (!record.steps) return {};
@@ -177,7 +89,7 @@ Result<void> draw_all(Stage& stage, const std::vector<Shot>& shots, RenderReport
     print_error(fmt::format("interrupted after {} of {} frames", done, shots.size()));
   });
   for (const Shot& shot : shots) {
-    SINEW_TRY(const FrameRecord record, draw(stage, shot));
+    SINEW_TRY(const FrameRecord record, draw_shot(stage, shot));
     const Uninterrupted writing;
     SINEW_CHECKED(output.add(
         {shot, stage.view, stage.picture, stage.radiance, stage.layers, about_view(record.view)}));
@@ -202,11 +114,12 @@ void print_summary(const RenderReport& report, double elapsed_s) {
     rays += static_cast<double>(frame.stats.rays.total());
   }
   const size_t count = report.frames.size();
-  print_note(fmt::format("{} {} to {} in {}: {:.1f} ms a frame without writing, {:.1f} Mrays/s",
-                         count, count == 1 ? "frame" : "frames",
-                         report.output == "-" ? "standard output" : report.output,
-                         format_duration(elapsed_s), frame_ms / static_cast<double>(count),
-                         trace_ms > 0.0 ? rays / trace_ms * 1e-3 : 0.0));
+  std::string note = fmt::format("{} {} to {} in {}: {:.1f} ms a frame without writing", count,
+                                 count == 1 ? "frame" : "frames",
+                                 report.output == "-" ? "standard output" : report.output,
+                                 format_duration(elapsed_s), frame_ms / static_cast<double>(count));
+  if (rays > 0.0) note += fmt::format(", {:.1f} Mrays/s", rays / trace_ms * 1e-3);
+  print_note(note);
 }
 
 std::vector<std::string> frame_warnings(const RenderJob& job, const Timeline& timeline) {
