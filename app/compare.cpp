@@ -10,6 +10,7 @@
 #include "app/command.h"
 #include "app/interrupt.h"
 #include "app/json_text.h"
+#include "app/output_name.h"
 #include "app/progress.h"
 #include "app/validators.h"
 #include "sinew/io/output_file.h"
@@ -36,6 +37,10 @@ std::string size_text(const ImageSize& size) {
 
 // Each limit that is exceeded, in words.
 std::vector<std::string> mismatches(const CompareJob& job, const Comparison& result) {
+  if (!result.same_size()) {
+    return {fmt::format("{} has {} pixels, {} has {}", job.first, size_text(result.first_size),
+                        job.second, size_text(result.second_size))};
+  }
   std::vector<std::string> found;
   if (job.most_flip && !(*result.flip <= *job.most_flip)) {
     found.push_back(fmt::format("FLIP {:.5f} is above {}", *result.flip, *job.most_flip));
@@ -50,18 +55,19 @@ std::vector<std::string> mismatches(const CompareJob& job, const Comparison& res
   const bool any_limit = job.most_flip || job.least_psnr || job.most_difference || job.most_pixels;
   const uint64_t most_pixels = job.most_pixels.value_or(any_limit ? UINT64_MAX : 0);
   if (result.pixels_over > most_pixels) {
-    found.push_back(fmt::format("{} pixels differ by more than {}", result.pixels_over,
-                                job.of_layer()
-                                    ? fmt::format("{}", job.tolerance.value_or(0.0))
-                                    : fmt::format("{} of 255", job.tolerance.value_or(2.0))));
+    found.push_back(fmt::format("{} pixels differ by more than {}{}", result.pixels_over,
+                                job.tolerance_or_default(), job.of_layer() ? "" : " of 255"));
   }
   return found;
 }
 
-std::string as_json(const CompareJob& job, const Comparison& result, bool match) {
-  // JSON has no infinity: null stands for it, and for what layers have not got.
-  const auto number = [](std::optional<double> value) {
-    return value && std::isfinite(*value) ? nlohmann::ordered_json(*value) : nullptr;
+std::string as_json(const CompareJob& job, const Comparison& result,
+                    const std::vector<std::string>& found) {
+  // JSON has no infinity: null stands for it, and for what layers or pictures of two sizes have not
+  // got.
+  const auto number = [&](std::optional<double> value) {
+    return value && std::isfinite(*value) && result.same_size() ? nlohmann::ordered_json(*value)
+                                                                : nullptr;
   };
   const nlohmann::ordered_json document = {
       {"first", job.first},
@@ -75,14 +81,16 @@ std::string as_json(const CompareJob& job, const Comparison& result, bool match)
       {"mean", number(result.mean)},
       {"largest", number(result.largest)},
       {"pixels_over", result.pixels_over},
-      {"tolerance", job.tolerance.value_or(job.of_layer() ? 0.0 : 2.0)},
-      {"match", match},
+      {"tolerance", job.tolerance_or_default()},
+      {"match", found.empty()},
+      {"mismatches", found},
   };
   return json_text(document);
 }
 
 std::string as_text(const CompareJob& job, const Comparison& result) {
   std::string text;
+  if (!result.same_size()) return text;
   if (result.flip) {
     text += fmt::format("flip         {:.6f} (mean), {:.6f} (largest)\n", *result.flip,
                         *result.largest_flip);
@@ -95,8 +103,7 @@ std::string as_text(const CompareJob& job, const Comparison& result) {
   text += fmt::format("mean         {:.6g}\nlargest      {:.6g}\n", result.mean, result.largest);
   text += fmt::format("pixels over  {} of {} (by more than {}{})\n", result.pixels_over,
                       uint64_t{result.first_size.width} * result.first_size.height,
-                      job.tolerance.value_or(job.of_layer() ? 0.0 : 2.0),
-                      job.of_layer() ? "" : " of 255");
+                      job.tolerance_or_default(), job.of_layer() ? "" : " of 255");
   return text;
 }
 
@@ -112,25 +119,22 @@ Result<void> check(const CompareJob& job) {
                  "write --tolerance 2"});
   }
   if (job.difference.empty()) return {};
+  SINEW_TRY(const OutputName difference, parse_output_name(job.difference));
+  if (difference.format != OutputFormat::png || difference.has_counter()) {
+    return fail({ErrorKind::usage, "", "", "--diff makes one .png file", "write --diff diff.png"});
+  }
   return check_writable(job.difference);
 }
 
 Result<int> compare(const CompareJob& job) {
   SINEW_CHECKED(check(job));
   SINEW_TRY(const Comparison result, job.of_layer() ? compare_layers(job) : compare_pictures(job));
-  if (!result.same_size()) {
-    print_error(fmt::format("the sizes differ: {} has {} pixels, {} has {}", job.first,
-                            size_text(result.first_size), job.second,
-                            size_text(result.second_size)));
-    return kMismatch;
-  }
   const std::vector<std::string> found = mismatches(job, result);
-  if (!job.difference.empty()) {
+  if (!job.difference.empty() && result.same_size()) {
     const Uninterrupted writing;
     SINEW_CHECKED(write_png(job.difference, result.difference));
   }
-  SINEW_CHECKED(
-      write_file("-", job.json ? as_json(job, result, found.empty()) : as_text(job, result)));
+  SINEW_CHECKED(write_file("-", job.json ? as_json(job, result, found) : as_text(job, result)));
   for (const std::string& mismatch : found) print_error("mismatch: " + mismatch);
   return found.empty() ? kOk : kMismatch;
 }
@@ -150,7 +154,8 @@ Run define_compare(CLI::App& app) {
   app.add_option("--max-diff", job.most_difference,
                  "No channel differs by more than this: 0 to 1, or in the layer's unit")
       ->check(number_in(0.0, 1e30));
-  app.add_option("--max-pixels", job.most_pixels, "At most so many pixels over --tolerance");
+  app.add_option("--max-pixels", job.most_pixels, "At most so many pixels over --tolerance")
+      ->check(whole_number_in(0, UINT64_MAX));
   app.add_option("--tolerance", job.tolerance,
                  "Per channel: of 255 (default: 2), or in the layer's unit (default: 0)")
       ->check(number_in(0.0, 1e30));

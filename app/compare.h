@@ -27,8 +27,10 @@ struct CompareJob {
   bool json = false;
 
   bool of_layer() const { return !layer.empty() && layer != "color"; }
+  double tolerance_or_default() const { return tolerance.value_or(of_layer() ? 0.0 : 2.0); }
 };
 
+// Of pictures of two sizes only the sizes are known.
 struct Comparison {
   ImageSize first_size, second_size;
   std::optional<double> psnr, flip, largest_flip;  // of pictures

@@ -100,7 +100,7 @@ Result<Comparison> compare_pictures(const CompareJob& job) {
   result.first_size = {first.width, first.height};
   result.second_size = {second.width, second.height};
   if (!result.same_size()) return result;
-  const int tolerance = static_cast<int>(job.tolerance.value_or(2.0));
+  const int tolerance = static_cast<int>(job.tolerance_or_default());
   SINEW_TRY(const ImageDifference difference, compare_images(first, second, tolerance));
   SINEW_TRY(
       const std::vector<float> errors,
@@ -147,7 +147,7 @@ Result<Comparison> compare_layers(const CompareJob& job) {
   }
   result.mean = values > 0 ? sum / static_cast<double>(values) : 0.0;
   result.largest = *std::max_element(largest.begin(), largest.end());
-  const double tolerance = job.tolerance.value_or(0.0);
+  const double tolerance = job.tolerance_or_default();
   result.pixels_over = static_cast<uint64_t>(
       std::count_if(largest.begin(), largest.end(), [&](double d) { return d > tolerance; }));
   if (!job.difference.empty()) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/command.h"
+#include "app/help_format.h"
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/values.h"
@@ -45,6 +46,18 @@ constexpr const char* kFooter =
     "\n"
     "Exit codes: 0 done, 1 something failed, 2 wrong usage, 3 bad input, 4 output failure,\n"
     "5 the pictures differ, 130 and 143 ended by a signal.";
+
+// CLI11's help, wrapped, and without its notes on what a flag's words stand for.
+class HelpFormat : public CLI::Formatter {
+ public:
+  std::string make_option_name(const CLI::Option* option, bool is_positional) const override {
+    std::string name = Formatter::make_option_name(option, is_positional);
+    return name.substr(0, name.find('{'));
+  }
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return wrap(option->get_description(), kHelpWidth - get_column_width());
+  }
+};
 
 int report(const Error& error) {
   print_error(error.message());
@@ -90,6 +103,7 @@ int run(int argc, char** argv) {
     return kUsageError;
   }
   CLI::App app{kHelp, "sinew"};
+  app.formatter(std::make_shared<HelpFormat>());
   app.footer(kFooter);
   app.set_version_flag("--version", fmt::format("sinew {} ({})", SINEW_VERSION, kernel_target()));
   app.require_subcommand(1);

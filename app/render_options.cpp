@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <optional>
 
 #include "app/command.h"
 #include "app/frames.h"
@@ -17,7 +18,7 @@ constexpr uint32_t kMaxWebpSide = 16383;  // pixels, by the format
 constexpr const char* kExamples =
     "INPUT is a .gltf, .glb, .obj, .ply or .aff file, a sequence walk_####.obj or .ply, a vertex\n"
     "cache base.obj+positions.pc2 or .mdd, or a study scene study:NAME (`sinew info study:`\n"
-    "lists them).\n"
+    "lists them). aff:complexity=8,FILE.aff splits AFF's animated triangles into 4^8.\n"
     "Frames count from 1; frame n shows the time start + (n - 1) / fps of the clip.\n"
     "\n"
     "Examples:\n"
@@ -33,6 +34,7 @@ struct Flags {
   RenderJob job;
   std::string output, format, frames, size = "800x600", camera, background, memory, mode, update;
   std::string view = "shaded", layers;
+  std::optional<float> quality;
   bool no_shadows = false;
   std::string progress = "auto";
 };
@@ -65,7 +67,7 @@ void add_output_options(CLI::App& app, Flags& flags) {
   app.add_option("--format", flags.format, "png, exr, webp or mp4, whatever the name says")
       ->check(CLI::IsMember({"png", "exr", "webp", "mp4"}))
       ->group(kGroup);
-  app.add_option("--quality", flags.job.movie.quality, "Of .webp and .mp4, 0 to 100 (default: 85)")
+  app.add_option("--quality", flags.quality, "Of .webp and .mp4, 0 to 100 (default: 85)")
       ->check(number_in(0.0, 100.0))
       ->group(kGroup);
   app.add_flag("--lossless", flags.job.movie.lossless, "Make the .webp exact, and larger")
@@ -95,18 +97,18 @@ void add_picture_options(CLI::App& app, Flags& flags) {
       ->group(kGroup);
   app.add_option("--size", flags.size, "WIDTHxHEIGHT in pixels (default: 800x600)")->group(kGroup);
   app.add_option("--samples", settings.samples, "Camera rays a pixel (default: 1)")
-      ->check(number_in(1, 4096))
+      ->check(whole_number_in(1, 4096))
       ->group(kGroup);
   app.add_option("--reflections", settings.reflections, "Mirror bounces, 0 to 16 (default: 1)")
-      ->check(number_in(0, 16))
+      ->check(whole_number_in(0, 16))
       ->group(kGroup);
   app.add_option("--refractions", settings.refractions,
                  "Transmissive surfaces that a ray goes through, 0 to 32 (default: 8)")
-      ->check(number_in(0, 32))
+      ->check(whole_number_in(0, 32))
       ->group(kGroup);
   app.add_option("--ao", settings.ambient_rays,
                  "Ambient occlusion rays a hit (default: 0, no occlusion)")
-      ->check(number_in(0, 4096))
+      ->check(whole_number_in(0, 4096))
       ->group(kGroup);
   app.add_option("--ao-distance", settings.ambient_distance,
                  "How far occlusion reaches (default: a quarter of the scene)")
@@ -133,7 +135,9 @@ void add_picture_options(CLI::App& app, Flags& flags) {
                  "brightest), boxes=LEVEL (of the hierarchy, over the picture), normals, depth or "
                  "objects (default: shaded)")
       ->group(kGroup);
-  app.add_option("--seed", settings.seed, "Of the sampling pattern (default: 0)")->group(kGroup);
+  app.add_option("--seed", settings.seed, "Of the sampling pattern (default: 0)")
+      ->check(whole_number_in(0, UINT32_MAX))
+      ->group(kGroup);
 }
 
 // Larsson and Akenine-Moller's ways to interactive rates.
@@ -142,7 +146,7 @@ void add_speed_options(CLI::App& app, Flags& flags) {
   RenderSettings& settings = flags.job.settings;
   app.add_option("--subsample", settings.subsampling,
                  "Draw one pixel of every N x N and interpolate, 1 to 64 (default: 1)")
-      ->check(number_in(1, 64))
+      ->check(whole_number_in(1, 64))
       ->group(kGroup);
   app.add_option("--time-budget", settings.time_budget_ms,
                  "Milliseconds a frame may take; rays it has no time for are left out, secondary "
@@ -160,7 +164,7 @@ void add_engine_options(CLI::App& app, Flags& flags) {
   app.add_option("--update", flags.update, "full or auto (hybrid and lazy will come)")
       ->group(kGroup);
   app.add_option("--threads", flags.job.threads, "At most so many (default: 0, all)")
-      ->check(number_in(0, 4096))
+      ->check(whole_number_in(0, 4096))
       ->group(kGroup);
   app.add_option("--memory-limit", flags.memory, "2G, 512M ... (default: 8G)")->group(kGroup);
   app.add_flag("--strict", flags.job.load.strict,
@@ -231,9 +235,38 @@ Result<void> check_format(const Flags& flags, const RenderJob& job) {
   return {};
 }
 
+// How movies are compressed.
+Result<void> read_compression(const Flags& flags, RenderJob& job) {
+  if (!is_movie(job.output.format) && (flags.quality || job.movie.lossless)) {
+    return usage(fmt::format("a .{} is always lossless: --quality and --lossless are for movies",
+                             extension(job.output.format)),
+                 "leave them out");
+  }
+  if (flags.quality && job.movie.lossless) {
+    return usage("--lossless leaves no choice of --quality", "leave one of them out");
+  }
+  if (flags.quality) job.movie.quality = *flags.quality;
+  return {};
+}
+
+// What can be refined or cut short is light.
+Result<void> check_light(const RenderJob& job) {
+  const RenderSettings& settings = job.settings;
+  const bool exr = job.output.format == OutputFormat::exr;
+  const bool light = exr ? job.layers.color || !job.contact_sheet.empty() : job.view.wants_light();
+  if (light || (settings.subsampling == 1 && settings.time_budget_ms == 0.0 && !job.progressive)) {
+    return {};
+  }
+  return usage("--subsample, --time-budget and --progressive change how light is drawn, and " +
+                   std::string(exr ? "these --layers hold" : "this --view shows") + " none",
+               exr ? "leave them out, or add the layer color" : "leave them out");
+}
+
 Result<void> read_output(const Flags& flags, RenderJob& job) {
   SINEW_TRY(job.output, parse_output_name(flags.output, flags.format));
   const bool movie = is_movie(job.output.format);
+  SINEW_CHECKED(read_compression(flags, job));
+  SINEW_CHECKED(check_light(job));
   SINEW_CHECKED(check_format(flags, job));
   if (job.skip_existing && (movie || job.output.is_stdout() || !job.contact_sheet.empty())) {
     return usage("--skip-existing works for .png and .exr files without a contact sheet only",

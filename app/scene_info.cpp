@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/frames.h"
+#include "app/help_format.h"
 #include "app/json_text.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/study.h"
@@ -216,10 +217,11 @@ std::string scene_info_text(const Scene& scene, const std::string& input) {
 std::string study_list_text() {
   std::string out = "Study scenes: study:NAME[,key=value...], accepted wherever a file is.\n";
   for (const StudyInfo& study : study_scenes()) {
-    out += fmt::format("\nstudy:{}\n  {}\n", study.name, study.summary);
+    out += fmt::format("\nstudy:{}\n  {}\n", study.name, wrap(study.summary, kHelpWidth - 2, 2));
     for (const StudyParameter& parameter : study.parameters) {
-      out += fmt::format("    {:<12} {} (default: {})\n", parameter.name, parameter.meaning,
-                         parameter.fallback);
+      const std::string meaning =
+          fmt::format("{} (default: {})", parameter.meaning, parameter.fallback);
+      out += fmt::format("    {:<12} {}\n", parameter.name, wrap(meaning, kHelpWidth - 17, 17));
     }
   }
   return out;

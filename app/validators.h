@@ -21,4 +21,15 @@ inline CLI::Validator number_in(double low, double high) {
       "");
 }
 
+// A whole number in [low, high].
+inline CLI::Validator whole_number_in(uint64_t low, uint64_t high) {
+  return CLI::Validator(
+      [low, high](std::string& text) -> std::string {
+        const auto number = parse_whole(text);
+        if (number && *number >= low && *number <= high) return "";
+        return fmt::format("'{}' is not a whole number from {} to {}", text, low, high);
+      },
+      "");
+}
+
 }  // namespace sinew::app

@@ -16,14 +16,6 @@ tl::unexpected<Error> bad_value(const char* option, std::string_view text, std::
                std::move(remedy)});
 }
 
-std::optional<uint64_t> parse_whole(std::string_view text) {
-  uint64_t value = 0;
-  const char* end = text.data() + text.size();
-  const auto [stop, status] = std::from_chars(text.data(), end, value);
-  if (status != std::errc() || stop != end) return std::nullopt;
-  return value;
-}
-
 // The number of insertions, deletions and exchanges that make `b` of `a` (Levenshtein).
 size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<size_t> row(b.size() + 1);
@@ -91,6 +83,14 @@ Result<Rgb> parse_color(std::string_view text) {
   }
   return Rgb{static_cast<uint8_t>(value >> 16), static_cast<uint8_t>(value >> 8 & 0xff),
              static_cast<uint8_t>(value & 0xff)};
+}
+
+std::optional<uint64_t> parse_whole(std::string_view text) {
+  uint64_t value = 0;
+  const char* end = text.data() + text.size();
+  const auto [stop, status] = std::from_chars(text.data(), end, value);
+  if (status != std::errc() || stop != end) return std::nullopt;
+  return value;
 }
 
 std::optional<double> parse_number(std::string_view text) {

@@ -21,6 +21,9 @@ Result<uint64_t> parse_bytes(std::string_view text);  // "2G", "512M", "1.5GiB",
 using Rgb = std::array<uint8_t, 3>;
 Result<Rgb> parse_color(std::string_view text);  // "#3a6ea5" or "3a6ea5"
 
+// A whole number, nothing before or after it.
+std::optional<uint64_t> parse_whole(std::string_view text);
+
 // A finite number, nothing before or after it.
 std::optional<double> parse_number(std::string_view text);
 

@@ -54,18 +54,24 @@ Result<int> run_trace(const BenchOptions& options) {
 Run define_bench(CLI::App& command) {
   const auto options = std::make_shared<BenchOptions>();
   command.require_subcommand(1);
+  command.footer(
+      "Examples:\n"
+      "  sinew bench trace --scene study:twist\n"
+      "  sinew bench trace --scene walk.glb --clip Run --threads 8 --json report.json\n");
   CLI::App* const trace = command.add_subcommand(
       "trace", "Rays a second and update time against Embree on T-SAH's workload");
   bench::TraceOptions& t = options->trace;
-  trace->add_option("--scene", t.scene, "A file or study:NAME")->capture_default_str();
-  trace->add_option("--clip", t.clip, "Name or index of the clip; the first one unless given");
-  trace->add_option("--width", t.width, "Pixels")->check(CLI::Range(1, 8192));
-  trace->add_option("--height", t.height, "Pixels")->check(CLI::Range(1, 8192));
-  trace->add_option("--frames", t.frames, "How many times of the clip")->check(CLI::Range(1, 1000));
-  trace->add_option("--repeats", t.repeats, "Of every measurement; medians count")
+  trace->add_option("--scene", t.scene, "A file or study:NAME (default: study:bodies)");
+  trace->add_option("--clip", t.clip, "Name or index (default: the first)");
+  trace->add_option("--width", t.width, "Pixels (default: 1024)")->check(CLI::Range(1, 8192));
+  trace->add_option("--height", t.height, "Pixels (default: 768)")->check(CLI::Range(1, 8192));
+  trace->add_option("--frames", t.frames, "How many times of the clip (default: 3)")
       ->check(CLI::Range(1, 1000));
-  trace->add_option("--threads", t.threads, "For both opponents")->check(CLI::Range(1, 256));
-  trace->add_option("--json", options->json, "Writes the report to this file");
+  trace->add_option("--repeats", t.repeats, "Of every measurement; medians count (default: 5)")
+      ->check(CLI::Range(1, 1000));
+  trace->add_option("--threads", t.threads, "For both opponents (default: 2)")
+      ->check(CLI::Range(1, 256));
+  trace->add_option("--json", options->json, "Write the report; - for stdout");
   return [options] { return run_trace(*options); };
 }
 

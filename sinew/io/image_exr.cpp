@@ -322,6 +322,9 @@ bool is_exr(std::span<const uint8_t> bytes) {
 }
 
 Result<ExrImage> decode_exr(std::span<const uint8_t> bytes, const std::string& name) {
+  if (!is_exr(bytes)) {
+    return fail({ErrorKind::bad_input, name, "", "is no OpenEXR file", "give an .exr"});
+  }
   SINEW_TRY(const ImageSize size, check_header(bytes, name));
   try {
     return read_pixels(bytes, size);

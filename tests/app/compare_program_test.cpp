@@ -68,6 +68,10 @@ TEST(Compare, DifferentSizesAre5AndUnreadableFilesAre3) {
   const Outcome outcome = run_sinew({"compare", p.same, small});
   EXPECT_EQ(outcome.exit_code, 5);
   EXPECT_NE(outcome.err.find("2 x 1"), std::string::npos) << outcome.err;
+  const auto json = nlohmann::json::parse(run_sinew({"compare", p.same, small, "--json"}).out);
+  EXPECT_FALSE(json["match"].get<bool>());
+  EXPECT_EQ(json["mismatches"].size(), 1u);
+  EXPECT_TRUE(json["flip"].is_null());
   EXPECT_EQ(run_sinew({"compare", p.same, p.folder.path("missing.png")}).exit_code, 3);
   EXPECT_EQ(run_sinew({"compare", p.folder.write("bad.png", "no"), p.same}).exit_code, 3);
 }

@@ -1,7 +1,10 @@
 // The program as a whole: what it says about itself, and its exit codes.
 #include "app/program.h"
+#include "app/help_format.h"
 
 #include <gtest/gtest.h>
+
+#include <sstream>
 
 #include <algorithm>
 
@@ -19,10 +22,13 @@ TEST(Program, HelpAndVersionGoToStdout) {
     EXPECT_TRUE(holds(outcome.out, "sinew"));
     EXPECT_EQ(outcome.err, "");
   }
-  for (const char* command : {"info", "render", "compare"}) {
+  for (const char* command : {"info", "render", "compare", "scene"}) {
     const Outcome outcome = run_sinew({command, "--help"});
     EXPECT_EQ(outcome.exit_code, 0);
     EXPECT_TRUE(holds(outcome.out, "Examples:")) << command;
+    std::istringstream lines(outcome.out);
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_LE(line.size(), app::kHelpWidth) << line;
   }
 }
 
@@ -38,7 +44,7 @@ TEST(Program, UsageErrorsAre2AndSayWhatToDo) {
       {{"info"}, "INPUT"},
       {{"render", "a.obj"}, "--output"},
       {{"render", "a.obj", "-o", "a.png", "--sampels", "4"}, "did you mean --samples?"},
-      {{"render", "a.obj", "-o", "a.png", "--samples", "0"}, "'0' is not a number from 1"},
+      {{"render", "a.obj", "-o", "a.png", "--samples", "0"}, "'0' is not a whole number from 1"},
       {{"render", "a.obj", "-o", "a.png", "--samples", "4097"}, "--samples"},
       {{"render", "a.obj", "-o", "a.png", "--samples", "1.5"}, "--samples"},
       {{"render", "a.obj", "-o", "a.png", "--exposure", "nan"}, "--exposure"},
@@ -59,7 +65,14 @@ TEST(Program, UsageErrorsAre2AndSayWhatToDo) {
        "--memory-limit allows 1024 MB"},
       {{"render", "a.obj", "-o", "-", "--json", "-"}, "standard output"},
       {{"render", "study:nothing", "-o", "-", "--time", "0"}, "twist"},
+      {{"render", "a.obj", "-o", "a.png", "--lossless"}, "always lossless"},
+      {{"render", "a.obj", "-o", "a.exr", "--quality", "9"}, "always lossless"},
+      {{"render", "a.obj", "-o", "a.webp", "--lossless", "--quality", "9"}, "leave one"},
+      {{"render", "a.obj", "-o", "a.png", "--view", "heatmap", "--subsample", "2"}, "--view"},
+      {{"render", "a.obj", "-o", "a.exr", "--layers", "depth", "--progressive"}, "layer color"},
       {{"compare", "a.png"}, "SECOND"},
+      {{"compare", "a.png", "b.png", "--diff", "c.jpg"}, "c.jpg"},
+      {{"compare", "a.png", "b.png", "--max-pixels", "-1"}, "--max-pixels"},
       {{"compare", "a.png", "b.png", "--psnr", "many"}, "--psnr"},
   };
   for (const auto& [arguments, says] : cases) {
