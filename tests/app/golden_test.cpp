@@ -1,8 +1,11 @@
 // Goldens through the program: small pictures of the study scenes, drawn by `sinew render` and held
-// against tests/golden by `sinew compare`. A new one is one line here and one picture there:
-//   build/sinew render INPUT -o tests/golden/NAME.png --size 160x120 OPTIONS
+// against tests/golden by `sinew compare`. A new one is one line here and one picture there,
+// which running the test with SINEW_UPDATE_GOLDENS=1 in the environment makes.
 // Change a golden only in a commit that shows the picture before and after.
 #include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
 
 #include "app/program.h"
 #include "test_data.h"
@@ -75,6 +78,10 @@ TEST_P(GoldenPicture, IsDrawnAsBefore) {
   const Outcome render = run_sinew(words);
   ASSERT_EQ(render.exit_code, 0) << render.err;
   const std::string expected = std::string(SINEW_GOLDEN "/") + golden.name + ".png";
+  if (std::getenv("SINEW_UPDATE_GOLDENS")) {
+    const auto replace = std::filesystem::copy_options::overwrite_existing;
+    std::filesystem::copy_file(drawn, expected, replace);
+  }
   const Outcome compare = run_sinew({"compare", expected, drawn, "--max-flip", kMostFlip});
   EXPECT_EQ(compare.exit_code, 0) << compare.out << compare.err;
 }
