@@ -40,6 +40,8 @@ endif()
 if(meshoptimizer_FOUND)
   string(APPEND sinew_decoders " -lmeshoptimizer")
 endif()
+# Relative, so that the file is right wherever it is installed to.
+file(RELATIVE_PATH sinew_pc_to_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(cmake/sinew.pc.in sinew.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/sinew.pc
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)
