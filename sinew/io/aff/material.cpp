@@ -13,6 +13,7 @@
 #include "sinew/io/image_file.h"
 #include "sinew/io/image_ppm.h"
 #include "sinew/io/output_file.h"
+#include "sinew/math/srgb.h"
 
 namespace sinew::aff {
 namespace {
@@ -53,10 +54,8 @@ std::filesystem::path texture_folder(const std::filesystem::path& folder) {
 }  // namespace
 
 vec3 linear_from_display(vec3 color) {
-  const auto decode = [](float c) {
-    return c <= 0.04045f ? std::max(c, 0.0f) / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-  };
-  return {decode(color.x), decode(color.y), decode(color.z)};
+  color = max(color, vec3(0.0f));
+  return {srgb_to_linear(color.x), srgb_to_linear(color.y), srgb_to_linear(color.z)};
 }
 
 Material convert(const Fill& fill) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sinew/math/random.h"
+#include "sinew/math/srgb.h"
 
 namespace sinew {
 namespace {
@@ -94,10 +95,6 @@ Normals make_normals(const PolygonModel& model, std::vector<std::string>& warnin
   return result;
 }
 
-float linear_from_srgb(float value) {
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
-}
-
 // The key of each corner's attributes, by vertex if each vertex has just one; unused vertices have
 // the empty key. Empty if some vertex has two.
 std::vector<AttributeKey> keys_by_vertex(const PolygonModel& model,
@@ -126,8 +123,8 @@ void fill_attributes(const PolygonModel& model, const Normals& normals, bool has
     if (!model.colors.empty()) {
       const vec3 color =
           key.color == kNoIndex ? vec3(1.0f) : clamp(model.colors[key.color], 0.0f, 1.0f);
-      mesh.colors.emplace_back(linear_from_srgb(color.x), linear_from_srgb(color.y),
-                               linear_from_srgb(color.z), 1.0f);
+      mesh.colors.emplace_back(srgb_to_linear(color.x), srgb_to_linear(color.y),
+                               srgb_to_linear(color.z), 1.0f);
     }
   }
 }
