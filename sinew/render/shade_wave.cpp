@@ -42,6 +42,7 @@ struct Passage {
   bool traced = false;
   bool reflected = false;  // totally: what a mirror would show comes this way
   vec3 share{0.0f};        // of the light that comes through, if it is not traced
+  float covered = 1.0f;    // share of the surface's alpha that what lies behind does not bring
 };
 
 // The reflection of the path if it is worth a ray. `share` is what a sharp mirror shows of it.
@@ -87,7 +88,9 @@ Passage pass_through(const Encounter& e) {
 Passage pass_blend(const Encounter& e) {
   Passage out;
   const float alpha = e.surface.alpha;
-  out.share = 1.0f - alpha + alpha * e.surface.transmitted * (1.0f - e.reflectance);
+  const vec3 transmitted = e.surface.transmitted * (1.0f - e.reflectance);
+  out.share = 1.0f - alpha + alpha * transmitted;
+  out.covered = 1.0f - transmitted.x;
   out.next.ray.origin = leave_behind(e.surface, e.surface.position);
   out.next.ray.direction = e.direction;
   out.next.path = e.path;
@@ -116,7 +119,7 @@ vec4 shade_surface(const FrameContext& frame, const Wave& wave, size_t index, si
     passage = pass_blend(e);
     if (!passage.traced) {  // what ends here is opaque
       alpha = 1.0f;
-      passage.share = vec3(0.0f);
+      passage = {};
     }
   } else if (largest(surface.transmitted) > 0.0f) {
     passage = pass_through(e);
@@ -139,7 +142,7 @@ vec4 shade_surface(const FrameContext& frame, const Wave& wave, size_t index, si
   } else if (largest(passage.share) > 0.0f) {
     radiance += passage.share * environment_radiance(environment, passage.next.ray.direction);
   }
-  const float coverage = path.is_direct() ? path.throughput.x * alpha : 0.0f;
+  const float coverage = path.is_direct() ? path.throughput.x * alpha * passage.covered : 0.0f;
   return vec4(path.throughput * alpha * radiance, coverage);
 }
 

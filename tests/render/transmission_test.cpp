@@ -91,6 +91,17 @@ TEST(Transmission, AThinPaneTintsAndDoesNotBend) {
   EXPECT_EQ(t.stats.rays.refraction, 32u * 32u);
 }
 
+TEST(Transmission, BlendedGlassCoversNoMoreThanThePicture) {
+  GlassScene t;
+  t.scene.materials[t.glass].alpha_mode = AlphaMode::blend;
+  t.scene.materials[t.glass].base_color.w = 0.5f;
+  t.add_pane(0.0f);
+  EXPECT_NEAR(pixel(t.render(), 20, 16).w, 1.0f, 1e-5f);  // in front of an opaque wall
+  t.settings.transparent = true;
+  for (Node& node : t.scene.nodes) node.visible = node.mesh == 2;
+  EXPECT_NEAR(pixel(t.render(), 20, 16).w, 0.5f * 0.04f, 1e-5f);  // in front of nothing
+}
+
 TEST(Transmission, HalfATransmissiveSurfaceIsDiffuse) {
   GlassScene t;
   t.scene.materials[t.glass].transmission = 0.25f;
