@@ -69,6 +69,7 @@ class SpawnSettings {
 struct ChildProcess::Impl {
   pid_t process = -1;
   int input = -1;  // our end
+  int result = 0;  // once it has been waited for
   std::unique_ptr<std::FILE, FileCloser> output;
 
   ~Impl() {
@@ -78,11 +79,13 @@ struct ChildProcess::Impl {
     wait_for_end();
   }
   int wait_for_end() {
+    if (process < 0) return result;
     int status = 0;
     while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
     }
     process = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    result = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+    return result;
   }
 };
 
@@ -128,7 +131,7 @@ bool ChildProcess::write(std::span<const uint8_t> bytes) {
 }
 
 int ChildProcess::wait() {
-  ::close(impl_->input);
+  if (impl_->input >= 0) ::close(impl_->input);
   impl_->input = -1;
   return impl_->wait_for_end();
 }

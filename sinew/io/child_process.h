@@ -23,7 +23,8 @@ class ChildProcess {
 
   // To its standard input, in turn; false if it no longer reads.
   bool write(std::span<const uint8_t> bytes);
-  // Ends its input and waits for it: the exit code, or 128 + the signal that ended it.
+  // Ends its input and waits for it: the exit code, or 128 + the signal that ended it. The same
+  // again if it is called again.
   int wait();
   // What it has written to its standard output and error, at most the first 64 KiB.
   std::string output() const;

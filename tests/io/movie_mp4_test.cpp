@@ -134,6 +134,8 @@ TEST(Mp4, WhatFfmpegSaysIsInTheError) {
   EXPECT_EQ(result.error().kind, ErrorKind::output);
   EXPECT_NE(result.error().problem.find("no such luck"), std::string::npos)
       << result.error().message();
+  EXPECT_FALSE(movie->add(plain(kColors[0])).has_value());
+  EXPECT_FALSE(movie->finish().has_value());
 }
 
 TEST(Mp4, FailureAtTheEndLeavesNothing) {
