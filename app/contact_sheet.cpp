@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "sinew/math/srgb.h"
+
 namespace sinew::app {
 namespace {
 
@@ -15,8 +17,7 @@ float to_linear(uint8_t srgb) {
   static const std::array<float, 256> table = [] {
     std::array<float, 256> values{};
     for (size_t i = 0; i < values.size(); ++i) {
-      const float s = static_cast<float>(i) / 255.0f;
-      values[i] = s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+      values[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
     }
     return values;
   }();
@@ -24,9 +25,8 @@ float to_linear(uint8_t srgb) {
 }
 
 uint8_t to_srgb(float linear) {
-  const float s =
-      linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1.0f / 2.4f) - 0.055f;
-  return static_cast<uint8_t>(std::lround(255.0f * std::clamp(s, 0.0f, 1.0f)));
+  return static_cast<uint8_t>(
+      std::lround(255.0f * std::clamp(srgb_from_linear(linear), 0.0f, 1.0f)));
 }
 
 // The mean of a square of pixels, over the paper.

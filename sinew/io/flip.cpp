@@ -13,6 +13,7 @@
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/image_file.h"
+#include "sinew/math/srgb.h"
 #include "sinew/math/vec.h"
 
 namespace sinew {
@@ -37,10 +38,6 @@ const mat3 kRgbToXyz(vec3(0.4124564f, 0.2126729f, 0.0193339f),
 
 vec3 white() {
   return kRgbToXyz * vec3(1.0f);
-}
-
-float srgb_to_linear(float s) {
-  return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
 }
 
 // Linear RGB to Y Cx Cz, which is CIELab without its cube roots.
@@ -246,7 +243,7 @@ float feature_difference(vec2 a, vec2 b) {
 Plane read_image(const Image8& image) {
   static const std::array<float, 256> linear = [] {
     std::array<float, 256> table{};
-    for (size_t i = 0; i < 256; ++i) table[i] = srgb_to_linear(static_cast<float>(i) / 255.0f);
+    for (size_t i = 0; i < 256; ++i) table[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
     return table;
   }();
   Plane out(image.pixels.size() / 4);

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sinew/math/srgb.h"
 #include "sinew/math/vec.h"
 
 namespace sinew {
@@ -39,8 +40,7 @@ Color8 displayed(float lightness, float chroma, float hue) {
   const vec3 linear = clamp(oklch(lightness, low, hue), 0.0f, 1.0f);
   Color8 color;
   for (int i = 0; i < 3; ++i) {
-    const float x = linear[i];
-    const float s = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f;
+    const float s = srgb_from_linear(linear[i]);
     color[static_cast<size_t>(i)] = static_cast<uint8_t>(std::lround(255.0f * s));
   }
   return color;

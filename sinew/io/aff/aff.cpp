@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "sinew/io/aff/reader.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
 namespace {

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sinew/io/aff/spline.h"
+#include "sinew/io/text.h"
 
 namespace sinew::aff {
 namespace {

@@ -13,6 +13,8 @@
 #include "sinew/io/image_file.h"
 #include "sinew/io/image_ppm.h"
 #include "sinew/io/output_file.h"
+#include "sinew/io/text.h"
+#include "sinew/math/srgb.h"
 
 namespace sinew::aff {
 namespace {
@@ -53,10 +55,8 @@ std::filesystem::path texture_folder(const std::filesystem::path& folder) {
 }  // namespace
 
 vec3 linear_from_display(vec3 color) {
-  const auto decode = [](float c) {
-    return c <= 0.04045f ? std::max(c, 0.0f) / 12.92f : std::pow((c + 0.055f) / 1.055f, 2.4f);
-  };
-  return {decode(color.x), decode(color.y), decode(color.z)};
+  const vec3 s = max(color, vec3(0.0f));
+  return {linear_from_srgb(s.x), linear_from_srgb(s.y), linear_from_srgb(s.z)};
 }
 
 Material convert(const Fill& fill) {

@@ -9,6 +9,7 @@
 
 #include "sinew/io/asset_folder.h"
 #include "sinew/io/output_file.h"
+#include "sinew/io/text.h"
 
 namespace sinew::aff {
 namespace {

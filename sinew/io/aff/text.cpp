@@ -7,6 +7,8 @@
 #include <cmath>
 #include <utility>
 
+#include "sinew/io/text.h"
+
 namespace sinew::aff {
 namespace {
 
@@ -23,12 +25,6 @@ bool is_brace(char c) {
 }
 
 }  // namespace
-
-std::string printable(std::string_view word) {
-  std::string text(word.substr(0, 40));
-  for (char& c : text) c = c >= ' ' && c <= '~' ? c : '?';
-  return text;
-}
 
 void Words::skip_blanks() {
   while (at_ < text_.size()) {

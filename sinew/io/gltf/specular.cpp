@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sinew/base/parallel.h"
+#include "sinew/math/srgb.h"
 
 namespace sinew::gltf {
 namespace {
@@ -45,14 +46,6 @@ MetallicRoughness convert_values(vec3 diffuse, vec3 specular, float glossiness) 
   return result;
 }
 
-float srgb_to_linear(float x) {
-  return x <= 0.04045f ? x / 12.92f : std::pow((x + 0.055f) / 1.055f, 2.4f);
-}
-
-float linear_to_srgb(float x) {
-  return x <= 0.0031308f ? x * 12.92f : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f;
-}
-
 uint8_t to_byte(float x) {
   return static_cast<uint8_t>(std::lround(x * 255.0f));
 }
@@ -73,7 +66,7 @@ std::array<uint8_t, 4> texel(const Image8* image, uint32_t x, uint32_t y, uint32
 void convert_images(const SpecularGlossiness& surface, const Image8* diffuse,
                     const Image8* specular, Image8& base, Image8& metallic_roughness) {
   std::array<float, 256> linear;
-  for (size_t i = 0; i < linear.size(); ++i) linear[i] = srgb_to_linear(float(i) / 255.0f);
+  for (size_t i = 0; i < linear.size(); ++i) linear[i] = linear_from_srgb(float(i) / 255.0f);
   const auto color = [&](const std::array<uint8_t, 4>& p) {
     return vec3(linear[p[0]], linear[p[1]], linear[p[2]]);
   };
@@ -86,7 +79,7 @@ void convert_images(const SpecularGlossiness& surface, const Image8* diffuse,
             convert_values(vec3(surface.diffuse) * color(d), surface.specular * color(s),
                            surface.glossiness * float(s[3]) / 255.0f);
         uint8_t* b = base.at(x, y);
-        for (int k = 0; k < 3; ++k) b[k] = to_byte(linear_to_srgb(mr.base_color[k]));
+        for (int k = 0; k < 3; ++k) b[k] = to_byte(srgb_from_linear(mr.base_color[k]));
         b[3] = d[3];
         uint8_t* m = metallic_roughness.at(x, y);
         m[0] = 255;

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "sinew/io/obj/text.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
 namespace {

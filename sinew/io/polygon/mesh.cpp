@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sinew/math/random.h"
+#include "sinew/math/srgb.h"
 
 namespace sinew {
 namespace {
@@ -92,10 +93,6 @@ Normals make_normals(const PolygonModel& model, std::vector<std::string>& warnin
                        " corners of triangles have no normal: they took the triangle's own");
   }
   return result;
-}
-
-float linear_from_srgb(float value) {
-  return value <= 0.04045f ? value / 12.92f : std::pow((value + 0.055f) / 1.055f, 2.4f);
 }
 
 // The key of each corner's attributes, by vertex if each vertex has just one; unused vertices have

@@ -5,6 +5,7 @@
 
 #include "sinew/base/parallel.h"
 #include "sinew/math/random.h"
+#include "sinew/math/srgb.h"
 
 namespace sinew {
 namespace {
@@ -91,8 +92,7 @@ Cells cellular_noise(vec3 p, float jitter, uint32_t seed) {
 void store_srgb(vec3 linear, uint8_t* rgba) {
   for (int c = 0; c < 3; ++c) {
     const float x = std::clamp(linear[c], 0.0f, 1.0f);
-    const float s = x <= 0.0031308f ? 12.92f * x : 1.055f * std::pow(x, 1.0f / 2.4f) - 0.055f;
-    rgba[c] = static_cast<uint8_t>(s * 255.0f + 0.5f);
+    rgba[c] = static_cast<uint8_t>(srgb_from_linear(x) * 255.0f + 0.5f);
   }
   rgba[3] = 255;
 }
