@@ -182,6 +182,18 @@ TEST_F(AffHostile, KeysThatMoveTooMuch) {
   EXPECT_NE(scene.error().message().find("keyframes \"n\""), std::string::npos);
 }
 
+// Each key that turns sharply becomes up to 256 of the channel.
+TEST_F(AffHostile, RotationsThatTakeTooMuch) {
+  std::string text = "x n { s 0 0 0 1 }\nk n { rot 3000\n";
+  for (int i = 0; i < 3000; ++i) {
+    text += std::to_string(i) + (i % 2 == 0 ? " 1 0 0 3 0 0 0\n" : " 0 1 1 179 0 0 0\n");
+  }
+  EXPECT_TRUE(load(text + "}"));
+  const Result<Scene> scene = load(text + "}", {.memory_limit = 4 << 20});
+  ASSERT_FALSE(scene);
+  EXPECT_NE(scene.error().problem.find("3000 keys"), std::string::npos);
+}
+
 TEST_F(AffHostile, WarningsDoNotPileUp) {
   std::string text;
   for (int i = 0; i < 1000; ++i) text += "k n" + std::to_string(i) + " { visibility 1 0 1 }\n";

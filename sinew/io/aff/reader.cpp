@@ -51,11 +51,14 @@ Result<void> Reader::charge(uint64_t bytes, const Words& words) {
   return words.error("the scene takes more than the memory limit", "raise the memory limit");
 }
 
+uint64_t Reader::memory_left() const {
+  return options_.memory_limit - std::min(bytes_, options_.memory_limit);
+}
+
 Result<const std::string*> Reader::text_of(const std::string& file, const std::string& name) {
   auto known = texts_.find(file);
   if (known == texts_.end()) {
-    const uint64_t left = options_.memory_limit - std::min(bytes_, options_.memory_limit);
-    SINEW_TRY(std::string text, sinew::read_file(name, std::min(left, kMostTextBytes)));
+    SINEW_TRY(std::string text, sinew::read_file(name, std::min(memory_left(), kMostTextBytes)));
     bytes_ += text.size();
     known = texts_.emplace(file, std::move(text)).first;
   }
@@ -207,7 +210,7 @@ Result<void> Reader::read_animated_transform(Words& words) {
 }
 
 Result<void> Reader::read_keys(Words& words) {
-  SINEW_TRY(Keyframes keys, read_keyframes(words, scene_.warnings));
+  SINEW_TRY(Keyframes keys, read_keyframes(words, memory_left(), scene_.warnings));
   for (const Channel& channel : keys.channels) {
     SINEW_CHECKED(charge(channel.times.size() * 4 + channel.values.size() * 4, words));
   }

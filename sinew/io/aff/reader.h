@@ -100,6 +100,7 @@ class Reader {
   Result<int32_t> node_here(const Words& words);
   Result<uint32_t> add_node(Node node, const Words& words);
   Result<void> charge(uint64_t bytes, const Words& words);
+  uint64_t memory_left() const;
   glm::dmat4 to_frame() const;
 
   Scene& scene_;
