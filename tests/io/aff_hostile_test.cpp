@@ -143,6 +143,7 @@ TEST_F(AffHostile, AbsurdCountsAndNumbers) {
                "positions");
   expect_error("a 0 1 100000000", "frames");
   expect_error("a 1 0 10", "before it starts");
+  expect_error("a 0 1e-300 1000", "frames a second");
   expect_error("xs 1 1 1 0 0 0 90 0 0 0 { }", "without direction");
   expect_error("v from 0 0 0 at 0 0 0 up 0 1 0 angle 45 hither 1 resolution 1 1", "no direction");
   expect_error("v from 0 0 0 at 0 0 1 up 0 1 0 angle 180 hither 1 resolution 1 1", "180 degrees");

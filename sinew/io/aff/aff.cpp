@@ -59,6 +59,7 @@ class Assembler {
     SINEW_CHECKED(add_keyframes());
     set_timing();
     list_objects(scene_);
+    scene_.name = std::filesystem::path(path_).stem().string() + derivation_;
     return {};
   }
 
@@ -117,10 +118,9 @@ class Assembler {
     }
     for (int c = *base; c < aff_.complexity; ++c) subdivide(mesh);
     if (*base == aff_.complexity) return {};
-    mesh.name +=
+    derivation_ =
         fmt::format(" (complexity {}, derived from complexity {})", aff_.complexity, *base);
-    scene_.name = fmt::format("{} (complexity {}, derived from complexity {})",
-                              std::filesystem::path(path_).stem().string(), aff_.complexity, *base);
+    mesh.name += derivation_;
     return {};
   }
 
@@ -192,6 +192,7 @@ class Assembler {
   std::unordered_map<size_t, std::vector<uint32_t>> meshes_by_content_;  // indices
   std::vector<Channel> channels_;
   bool has_animated_ = false;
+  std::string derivation_;  // what raise_complexity did, for names
 };
 
 }  // namespace
