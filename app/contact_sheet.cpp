@@ -1,10 +1,9 @@
 #include "app/contact_sheet.h"
+#include "sinew/math/srgb.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-
-#include "sinew/math/srgb.h"
 
 namespace sinew::app {
 namespace {
@@ -13,35 +12,21 @@ constexpr uint32_t kMaxCell = 320;  // pixels, the larger side
 constexpr uint32_t kGap = 6;        // pixels
 constexpr std::array<uint8_t, 4> kPaper = {28, 28, 32, 255};
 
-float to_linear(uint8_t srgb) {
-  static const std::array<float, 256> table = [] {
-    std::array<float, 256> values{};
-    for (size_t i = 0; i < values.size(); ++i) {
-      values[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
-    }
-    return values;
-  }();
-  return table[srgb];
-}
-
-uint8_t to_srgb(float linear) {
-  return static_cast<uint8_t>(
-      std::lround(255.0f * std::clamp(srgb_from_linear(linear), 0.0f, 1.0f)));
-}
-
 // The mean of a square of pixels, over the paper.
 void shrink_pixel(const Image8& frame, uint32_t x0, uint32_t y0, uint32_t side, uint8_t* out) {
+  const std::array<float, 256>& linear = srgb_codes_to_linear();
   std::array<float, 3> sum{};
   for (uint32_t y = y0; y < y0 + side; ++y) {
     for (uint32_t x = x0; x < x0 + side; ++x) {
       const uint8_t* pixel = frame.at(x, y);
       const float alpha = static_cast<float>(pixel[3]) / 255.0f;
       for (size_t c = 0; c < 3; ++c) {
-        sum[c] += alpha * to_linear(pixel[c]) + (1.0f - alpha) * to_linear(kPaper[c]);
+        sum[c] += alpha * linear[pixel[c]] + (1.0f - alpha) * linear[kPaper[c]];
       }
     }
   }
-  for (size_t c = 0; c < 3; ++c) out[c] = to_srgb(sum[c] / static_cast<float>(side * side));
+  for (size_t c = 0; c < 3; ++c)
+    out[c] = linear_to_srgb_code(sum[c] / static_cast<float>(side * side));
   out[3] = 255;
 }
 

@@ -17,7 +17,7 @@ target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FIL
   sinew/io/image_file.h sinew/io/load.h sinew/io/movie.h sinew/io/save.h
   sinew/world/world.h
   sinew/render/attributes.h sinew/render/camera.h sinew/render/frame.h sinew/render/layers.h
-  sinew/render/refinement.h sinew/render/views.h)
+  sinew/render/refinement.h sinew/render/texture.h sinew/render/views.h)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/sinew)
 install(TARGETS sinew EXPORT sinewTargets
@@ -40,6 +40,8 @@ endif()
 if(meshoptimizer_FOUND)
   string(APPEND sinew_decoders " -lmeshoptimizer")
 endif()
+# Relative, so that the file is right wherever it is installed to.
+file(RELATIVE_PATH sinew_pc_to_prefix /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(cmake/sinew.pc.in sinew.pc @ONLY)
 install(FILES ${PROJECT_BINARY_DIR}/sinew.pc
         DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT dev)

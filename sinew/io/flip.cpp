@@ -241,11 +241,7 @@ float feature_difference(vec2 a, vec2 b) {
 
 // The picture over black, as Y Cx Cz.
 Plane read_image(const Image8& image) {
-  static const std::array<float, 256> linear = [] {
-    std::array<float, 256> table{};
-    for (size_t i = 0; i < 256; ++i) table[i] = linear_from_srgb(static_cast<float>(i) / 255.0f);
-    return table;
-  }();
+  const std::array<float, 256>& linear = srgb_codes_to_linear();
   Plane out(image.pixels.size() / 4);
   for (size_t i = 0; i < out.size(); ++i) {
     const uint8_t* p = &image.pixels[4 * i];

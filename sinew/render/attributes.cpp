@@ -47,6 +47,7 @@ uint64_t identity_of(const Scene& scene) {
     mix(mesh.triangles.size());
     mix(mesh.normals.size());
   }
+  for (const Image8& image : scene.images) mix_address(image.pixels.data());
   return h;
 }
 
@@ -108,10 +109,11 @@ vec4 tangent_at(const ObjectAttributes& object, uint32_t i) {
   return vec4(unit_or_zero(local_map(*object.motion, *object.pose, i) * vec3(tangent)), tangent.w);
 }
 
-void AttributeTable::begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
+bool AttributeTable::begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
                                  uint64_t rays) {
   const uint64_t identity = identity_of(scene);
-  if (identity != scene_identity_) {
+  const bool is_new = identity != scene_identity_;
+  if (is_new) {
     bind(scene);
     scene_identity_ = identity;
   }
@@ -121,6 +123,7 @@ void AttributeTable::begin_frame(const World& world, const Scene& scene, const S
   rays_ = rays;
   ++frame_;
   for (size_t i = 0; i < objects_.size(); ++i) touched_[i].store(0, std::memory_order_relaxed);
+  return is_new;
 }
 
 void AttributeTable::bind(const Scene& scene) {

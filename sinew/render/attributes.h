@@ -53,8 +53,8 @@ vec4 tangent_at(const ObjectAttributes& object, uint32_t i);
 class AttributeTable {
  public:
   // Starts a frame of about so many rays; tables that depend on the scene alone are kept if it is
-  // still the same one.
-  void begin_frame(const World& world, const Scene& scene, const ScenePose& pose, uint64_t rays);
+  // still the same one. Returns whether it is another.
+  bool begin_frame(const World& world, const Scene& scene, const ScenePose& pose, uint64_t rays);
 
   // Says that a ray met the object. Safe to call from several threads.
   void touch(uint32_t object) {

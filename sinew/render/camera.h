@@ -26,6 +26,10 @@ class CameraRays {
   CameraRays(const CameraView& camera, uint32_t width, uint32_t height);
   Ray operator()(float x, float y) const;
 
+  // How wide the ray of a whole pixel is at the eye, and by how much it widens in a metre there.
+  float pixel_width() const { return camera_.orthographic ? pixel_ : 0.0f; }
+  float pixel_spread() const { return camera_.orthographic ? 0.0f : pixel_; }
+
  private:
   CameraView camera_;
   float pixel_ = 0.0f;  // size on the plane one unit before the eye

@@ -41,6 +41,7 @@ vec4 expand(vec4 color) {
 
 void start_wave(const DrawnPixels& pixels, uint32_t first, uint32_t last, vec2 offset, Wave& wave) {
   const TileGrid& grid = pixels.grid;
+  const RayCone cone = pixels.cone();
   const size_t start = grid.first_pixel(first);
   wave.resize(grid.first_pixel(last) - start);
   parallel_for(last - first, 4, [&](size_t begin, size_t end) {
@@ -52,7 +53,7 @@ void start_wave(const DrawnPixels& pixels, uint32_t first, uint32_t last, vec2 o
         const uint32_t x = left + even_bits(code), y = top + even_bits(code >> 1);
         if (x >= grid.width || y >= grid.height) continue;
         wave.rays[next] = pixels.ray(x, y, offset);
-        wave.paths[next] = Path{.pixel = y * grid.width + x};
+        wave.paths[next] = Path{.pixel = y * grid.width + x, .cone = cone};
         ++next;
       }
     }
@@ -88,7 +89,7 @@ void CoarseToFine::start_wave(const DrawnPixels& pixels, size_t begin, size_t en
   parallel_for(end - begin, kChunk, [&](size_t chunk_begin, size_t chunk_end) {
     for (size_t i = begin + chunk_begin; i < begin + chunk_end; ++i) {
       wave.rays[i] = pixels.ray(order_[i] % width_, order_[i] / width_, vec2(0.5f));
-      wave.paths[i] = Path{.pixel = order_[i]};
+      wave.paths[i] = Path{.pixel = order_[i], .cone = pixels.cone()};
     }
   });
 }

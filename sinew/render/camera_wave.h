@@ -35,7 +35,11 @@ struct DrawnPixels {
   CameraRays rays;
   TileGrid grid;
   float step = 1.0f;
+  float share = 1.0f;  // of the pixel's width that one ray stands for
 
+  RayCone cone() const {
+    return {step * share * rays.pixel_width(), step * share * rays.pixel_spread()};
+  }
   Ray ray(uint32_t x, uint32_t y, vec2 offset) const {
     return rays(step * (static_cast<float>(x) + offset.x),
                 step * (static_cast<float>(y) + offset.y));

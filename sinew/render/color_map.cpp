@@ -40,8 +40,7 @@ Color8 displayed(float lightness, float chroma, float hue) {
   const vec3 linear = clamp(oklch(lightness, low, hue), 0.0f, 1.0f);
   Color8 color;
   for (int i = 0; i < 3; ++i) {
-    const float s = srgb_from_linear(linear[i]);
-    color[static_cast<size_t>(i)] = static_cast<uint8_t>(std::lround(255.0f * s));
+    color[static_cast<size_t>(i)] = linear_to_srgb_code(linear[i]);
   }
   return color;
 }

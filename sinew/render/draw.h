@@ -9,6 +9,7 @@ namespace sinew {
 
 struct RenderScratch {
   AttributeTable attributes;
+  TextureTable textures;
   std::vector<ShadingLight> lights;
   Wave wave;
   Probes probes;
@@ -18,11 +19,13 @@ struct RenderScratch {
   double reserve_ms = 0.0;  // what such a frame needs after its last ray
 };
 
-FrameContext make_context(const World& world, const Scene& scene, const RenderSettings& settings);
+// Makes the scratch ready for a frame of about so many camera rays, which `settings` must outlive.
+FrameContext begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
+                         const CameraView& camera, const RenderSettings& settings, uint64_t rays,
+                         RenderScratch& scratch);
 
-// Makes the scratch ready for a frame of about so many camera rays.
-void begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
-                 const CameraView& camera, uint64_t rays, RenderScratch& scratch);
+// By how much rays are narrower than pixels if several share one.
+float ray_share(const RenderSettings& settings);
 
 // One pass over some tiles: adds `sample` of each pixel, at `offset` in it, with all rays that come
 // of it, to the image.

@@ -4,6 +4,7 @@
 #include "sinew/render/frame.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "sinew/base/check.h"
 #include "sinew/render/draw.h"
@@ -113,8 +114,14 @@ RenderScratchPtr make_render_scratch() {
   return RenderScratchPtr(new RenderScratch);
 }
 
-FrameContext make_context(const World& world, const Scene& scene, const RenderSettings& settings) {
-  FrameContext frame{world, scene, settings};
+FrameContext begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
+                         const CameraView& camera, const RenderSettings& settings, uint64_t rays,
+                         RenderScratch& scratch) {
+  SINEW_CHECK(pose.objects.size() == scene.objects.size());
+  if (scratch.attributes.begin_frame(world, scene, pose, rays)) scratch.textures.build(scene);
+  gather_lights(scene, pose, camera, scratch.lights);
+
+  FrameContext frame{world, scene, settings, scratch.textures};
   frame.ambient_distance = settings.ambient_distance;
   if (frame.ambient_distance == 0.0f) {
     const Box box = world.box();
@@ -124,11 +131,8 @@ FrameContext make_context(const World& world, const Scene& scene, const RenderSe
   return frame;
 }
 
-void begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
-                 const CameraView& camera, uint64_t rays, RenderScratch& scratch) {
-  SINEW_CHECK(pose.objects.size() == scene.objects.size());
-  scratch.attributes.begin_frame(world, scene, pose, rays);
-  gather_lights(scene, pose, camera, scratch.lights);
+float ray_share(const RenderSettings& settings) {
+  return 1.0f / std::sqrt(static_cast<float>(settings.samples));
 }
 
 void draw_tiles(const FrameContext& frame, const DrawnPixels& pixels, uint32_t first_tile,
@@ -144,13 +148,12 @@ FrameStats render_frame(const World& world, const Scene& scene, const ScenePose&
                         RenderScratch& scratch, Image& out) {
   check_settings(settings);
   Tally tally;
-  FrameContext frame = make_context(world, scene, settings);
   const uint32_t step = settings.subsampling;
   const TileGrid grid{(settings.width + step - 1) / step, (settings.height + step - 1) / step};
-  begin_frame(world, scene, pose, camera, uint64_t{grid.width} * grid.height * settings.samples,
-              scratch);
+  FrameContext frame = begin_frame(world, scene, pose, camera, settings,
+                                   uint64_t{grid.width} * grid.height * settings.samples, scratch);
   const DrawnPixels pixels{CameraRays(camera, settings.width, settings.height), grid,
-                           static_cast<float>(step)};
+                           static_cast<float>(step), ray_share(settings)};
   Image& drawn = step > 1 ? scratch.drawn : out;
   clear(grid.width, grid.height, drawn);
   if (settings.time_budget_ms > 0.0) {

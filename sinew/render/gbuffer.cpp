@@ -21,6 +21,9 @@ struct Corners {
   uvec3 vertex;  // for positions
   uvec3 corner;  // for attributes
   vec3 weight;
+  // Half axes of the ellipse that the ray covers, in units of the edges from the first corner.
+  vec2 major{0.0f};
+  vec2 minor{0.0f};
 };
 
 Corners corners_of(const Mesh& mesh, const Hit& hit) {
@@ -33,10 +36,10 @@ T interpolate(std::span<const T> values, uvec3 index, vec3 weight) {
   return values[index.x] * weight.x + values[index.y] * weight.y + values[index.z] * weight.z;
 }
 
-// A texture that can be read on this mesh: its image and the mesh's coordinate at the hit.
+// A texture that can be read on this mesh: its images and where.
 struct Lookup {
-  const Image8* image = nullptr;
-  vec2 uv{0.0f};
+  const MipMap* map = nullptr;
+  TexturePoint point;
 };
 
 std::span<const vec2> texcoords_of(const Mesh& mesh, const TextureRef& texture) {
@@ -44,21 +47,21 @@ std::span<const vec2> texcoords_of(const Mesh& mesh, const TextureRef& texture) 
   return mesh.texcoords[texture.texcoord];
 }
 
-Lookup look_up(const Scene& scene, const Mesh& mesh, const TextureRef& texture, const Corners& c) {
-  if (texture.image < 0) return {};
+Lookup look_up(const MipMap* map, const Mesh& mesh, const TextureRef& texture, const Corners& c) {
   const std::span<const vec2> uv = texcoords_of(mesh, texture);
-  if (uv.empty()) return {};
-  return {texture_image(scene.images, texture), interpolate(uv, c.corner, c.weight)};
+  if (map == nullptr || uv.empty()) return {};
+  const vec2 e1 = uv[c.corner.y] - uv[c.corner.x], e2 = uv[c.corner.z] - uv[c.corner.x];
+  return {map,
+          {interpolate(uv, c.corner, c.weight), c.major.x * e1 + c.major.y * e2,
+           c.minor.x * e1 + c.minor.y * e2}};
 }
 
-vec4 base_color(const Scene& scene, const Mesh& mesh, const Material& material, const Corners& c) {
+vec4 untextured_color(const Mesh& mesh, const Material& material, const Corners& c) {
   vec4 color = material.base_color;
   if (!mesh.colors.empty()) {
     color *= interpolate(std::span<const vec4>(mesh.colors), c.corner, c.weight);
   }
-  const Lookup map = look_up(scene, mesh, material.base_color_texture, c);
-  if (map.image) color *= sample_srgb(*map.image, material.base_color_texture, map.uv);
-  return max(color, vec4(0.0f));
+  return color;
 }
 
 // Object-space tangent and bitangent for the normal map, before orthogonalisation.
@@ -81,11 +84,12 @@ Tangents tangents_of_triangle(std::span<const vec2> uv, const TextureRef& textur
 }
 
 // The normal map's normal in object space; `normal` is the unit interpolated one.
-vec3 map_normal(const Scene& scene, const ObjectAttributes& object, const Material& material,
-                const Corners& c, vec3 normal, vec3 e1, vec3 e2) {
-  const Lookup map = look_up(scene, *object.mesh, material.normal_texture, c);
-  if (!map.image) return normal;
-  vec3 n = vec3(sample_linear(*map.image, material.normal_texture, map.uv)) * 2.0f - 1.0f;
+vec3 map_normal(const TextureTable& textures, const ObjectAttributes& object,
+                const Material& material, const Corners& c, vec3 normal, vec3 e1, vec3 e2) {
+  const TextureRef& texture = material.normal_texture;
+  const Lookup at = look_up(textures.data(texture), *object.mesh, texture, c);
+  if (!at.map) return normal;
+  vec3 n = vec3(sample_linear(*at.map, texture, at.point)) * 2.0f - 1.0f;
   n.x *= material.normal_scale;
   n.y *= material.normal_scale;
 
@@ -132,16 +136,35 @@ vec3 lift(vec3 point, const vec3 (&vertex)[3], const vec3 (&normal)[3], vec3 wei
   return point + (size > limit ? shift * (limit / size) : shift);
 }
 
-// Fills positions and normals.
-void resolve_geometry(const Scene& scene, const ObjectAttributes& object, const Ray& ray,
-                      const Hit& hit, const Material& material, Surface& out) {
+// Sets the ellipse in which a cone of this width cuts the plane of the triangle with world-space
+// edges e1 and e2, seen along the unit vector `direction`.
+void cover(float width, vec3 direction, vec3 e1, vec3 e2, Corners& c) {
+  const vec3 normal = cross(e1, e2);
+  const float area2 = dot(normal, normal);
+  if (!(area2 > 0.0f)) return;
+  const vec3 n = normal / std::sqrt(area2);
+  const vec3 along = direction - dot(direction, n) * n;  // as long as the angle's sine
+  const float sine = length(along), cosine = std::max(std::abs(dot(direction, n)), kLeastCosine);
+  const vec3 x = sine > kLeastCosine ? along / sine : normalize(e1), y = cross(n, x);
+  const auto in_edges = [&](vec3 a) {
+    return vec2(dot(cross(a, e2), normal), dot(cross(e1, a), normal)) / area2;
+  };
+  c.major = in_edges(x * (0.5f * width / cosine));
+  c.minor = in_edges(y * (0.5f * width));
+}
+
+// Fills positions and normals, and says what the ray covers.
+void resolve_geometry(const TextureTable& textures, const ObjectAttributes& object, const Ray& ray,
+                      const RayCone& cone, const Hit& hit, const Material& material, Corners& c,
+                      Surface& out) {
   const Mesh& mesh = *object.mesh;
-  const Corners c = corners_of(mesh, hit);
   const vec3 vertex[3] = {object.positions[c.vertex.x], object.positions[c.vertex.y],
                           object.positions[c.vertex.z]};
   const vec3 e1 = vertex[1] - vertex[0], e2 = vertex[2] - vertex[0];
   const vec3 point = vertex[0] * c.weight.x + vertex[1] * c.weight.y + vertex[2] * c.weight.z;
   const vec3 view = -normalize(ray.direction);
+  out.width = cone.width + cone.spread * hit.t * length(ray.direction);
+  cover(out.width, -view, mat3(object.placement) * e1, mat3(object.placement) * e2, c);
 
   const vec3 face = cross(e1, e2);
   vec3 geometric = object.normal_map * face;
@@ -177,7 +200,7 @@ void resolve_geometry(const Scene& scene, const ObjectAttributes& object, const 
     }
   }
   if (material.normal_texture.image >= 0) {
-    normal = map_normal(scene, object, material, c, normal, e1, e2);
+    normal = map_normal(textures, object, material, c, normal, e1, e2);
   }
   normal = object.normal_map * normal;
   const float normal_length = length(normal);
@@ -205,10 +228,18 @@ void resolve_medium(const Material& material, const Ray& ray, Surface& out) {
 }
 
 // Fills colours and everything else that the material says of the point.
-void resolve_material(const Scene& scene, const Mesh& mesh, const Hit& hit,
-                      const Material& material, Surface& out) {
-  const Corners c = corners_of(mesh, hit);
-  const vec4 base = base_color(scene, mesh, material, c);
+void resolve_material(const TextureTable& textures, const Mesh& mesh, const Material& material,
+                      const Corners& c, Surface& out) {
+  const auto color_at = [&](const TextureRef& texture) {
+    const Lookup at = look_up(textures.colors(texture), mesh, texture, c);
+    return at.map ? sample_srgb(*at.map, texture, at.point) : vec4(1.0f);
+  };
+  const auto data_at = [&](const TextureRef& texture) {
+    const Lookup at = look_up(textures.data(texture), mesh, texture, c);
+    return at.map ? sample_linear(*at.map, texture, at.point) : vec4(1.0f);
+  };
+  const vec4 base =
+      max(untextured_color(mesh, material, c) * color_at(material.base_color_texture), vec4(0.0f));
   out.alpha = material.alpha_mode == AlphaMode::blend ? std::min(base.w, 1.0f) : 1.0f;
   out.unlit = material.unlit;
   if (material.unlit) {
@@ -217,55 +248,53 @@ void resolve_material(const Scene& scene, const Mesh& mesh, const Hit& hit,
     out.roughness = out.occlusion = 1.0f;
     return;
   }
-  float metallic = material.metallic, roughness = material.roughness;
-  if (const Lookup map = look_up(scene, mesh, material.metallic_roughness_texture, c); map.image) {
-    const vec4 texel = sample_linear(*map.image, material.metallic_roughness_texture, map.uv);
-    roughness *= texel.y;
-    metallic *= texel.z;
-  }
-  metallic = std::clamp(metallic, 0.0f, 1.0f);
-  out.roughness = std::clamp(roughness, 0.0f, 1.0f);
+  const vec4 surface = data_at(material.metallic_roughness_texture);
+  const float metallic = std::clamp(material.metallic * surface.z, 0.0f, 1.0f);
+  out.roughness = std::clamp(material.roughness * surface.y, 0.0f, 1.0f);
   out.specular = mix(dielectric_reflectance(material), vec3(base), metallic);
   out.albedo = vec3(base) * (1.0f - metallic);
   out.transmitted = vec3(0.0f);
   if (material.transmission > 0.0f) {
-    float share = material.transmission;
-    if (const Lookup map = look_up(scene, mesh, material.transmission_texture, c); map.image) {
-      share *= sample_linear(*map.image, material.transmission_texture, map.uv).x;
-    }
+    const float share = material.transmission * data_at(material.transmission_texture).x;
     out.transmitted = min(out.albedo * share, vec3(1.0f));
     out.albedo *= 1.0f - share;
   }
-  out.emission = material.emissive;
-  if (const Lookup map = look_up(scene, mesh, material.emissive_texture, c); map.image) {
-    out.emission *= vec3(sample_srgb(*map.image, material.emissive_texture, map.uv));
-  }
-  out.occlusion = 1.0f;
-  if (const Lookup map = look_up(scene, mesh, material.occlusion_texture, c); map.image) {
-    const float texel = sample_linear(*map.image, material.occlusion_texture, map.uv).x;
-    out.occlusion = 1.0f + material.occlusion_strength * (texel - 1.0f);
-  }
+  out.emission = material.emissive * vec3(color_at(material.emissive_texture));
+  const float occlusion = data_at(material.occlusion_texture).x;
+  out.occlusion = 1.0f + material.occlusion_strength * (occlusion - 1.0f);
 }
 
 }  // namespace
 
 vec4 base_color(const Scene& scene, const Mesh& mesh, const Hit& hit) {
-  return base_color(scene, mesh, scene.materials[mesh.material_of(hit.primitive)],
-                    corners_of(mesh, hit));
+  const Material& material = scene.materials[mesh.material_of(hit.primitive)];
+  const TextureRef& texture = material.base_color_texture;
+  const Corners c = corners_of(mesh, hit);
+  vec4 color = untextured_color(mesh, material, c);
+  const Image8* image = texture_image(scene.images, texture);
+  const std::span<const vec2> uv = texcoords_of(mesh, texture);
+  if (image && !uv.empty()) {
+    color *= sample_srgb(*image, texture, interpolate(uv, c.corner, c.weight));
+  }
+  return max(color, vec4(0.0f));
 }
 
-vec3 transparency(const Scene& scene, const Mesh& mesh, const Hit& hit) {
+vec3 transparency(const Scene& scene, const TextureTable& textures, const Mesh& mesh,
+                  const Hit& hit) {
   Surface surface;
-  resolve_material(scene, mesh, hit, scene.materials[mesh.material_of(hit.primitive)], surface);
+  resolve_material(textures, mesh, scene.materials[mesh.material_of(hit.primitive)],
+                   corners_of(mesh, hit), surface);
   return 1.0f - surface.alpha + surface.alpha * surface.transmitted * (1.0f - surface.specular);
 }
 
-void resolve_surface(const Scene& scene, const ObjectAttributes& object, const Ray& ray,
+void resolve_surface(const Scene& scene, const TextureTable& textures,
+                     const ObjectAttributes& object, const Ray& ray, const RayCone& cone,
                      const Hit& hit, Surface& out) {
   const Material& material = scene.materials[object.mesh->material_of(hit.primitive)];
+  Corners corners = corners_of(*object.mesh, hit);
   out.hit = hit;
-  resolve_geometry(scene, object, ray, hit, material, out);
-  resolve_material(scene, *object.mesh, hit, material, out);
+  resolve_geometry(textures, object, ray, cone, hit, material, corners, out);
+  resolve_material(textures, *object.mesh, material, corners, out);
   resolve_medium(material, ray, out);
 }
 

@@ -6,6 +6,7 @@
 
 #include "sinew/math/ray.h"
 #include "sinew/render/attributes.h"
+#include "sinew/render/texture.h"
 #include "sinew/scene/scene.h"
 
 namespace sinew {
@@ -24,6 +25,7 @@ struct Surface {
   float roughness = 1.0f;
   float alpha = 1.0f;  // opacity after mask and blend
   float occlusion = 1.0f;
+  float width = 0.0f;        // of the ray cone, metres
   float footprint = 0.0f;    // distance by which to leave the surface for secondary rays
   float bend = 1.0f;         // index of refraction on the ray's side over that on the other side
   vec3 medium{1.0f};         // share of light that the matter which the ray came through has left
@@ -32,15 +34,27 @@ struct Surface {
   Hit hit;  // false: the ray left the scene
 };
 
-// Base colour factor times vertex colour times texture at the hit: linear RGB, alpha.
+// Base colour factor times vertex colour times texture at the very point of the hit: linear RGB,
+// alpha.
 vec4 base_color(const Scene& scene, const Mesh& mesh, const Hit& hit);
 
 // The share of light that passes straight through at the hit: what alpha leaves open, and what a
 // transmissive material lets through.
-vec3 transparency(const Scene& scene, const Mesh& mesh, const Hit& hit);
+vec3 transparency(const Scene& scene, const TextureTable& textures, const Mesh& mesh,
+                  const Hit& hit);
+
+// A ray as wide as what it stands for.
+// Based on: T. Akenine-Moller et al., "Texture Level of Detail Strategies for Real-Time Ray
+// Tracing", Ray Tracing Gems, chapter 20 (2019), without the curvature of mirrors.
+struct RayCone {
+  float width = 0.0f;   // at the ray's origin, metres
+  float spread = 0.0f;  // by which it widens in a metre
+};
 
 // The surface that `ray` met at `hit` (which must be true) on the object with these attributes.
-void resolve_surface(const Scene& scene, const ObjectAttributes& object, const Ray& ray,
+// Textures are averaged over the cone.
+void resolve_surface(const Scene& scene, const TextureTable& textures,
+                     const ObjectAttributes& object, const Ray& ray, const RayCone& cone,
                      const Hit& hit, Surface& out);
 
 }  // namespace sinew

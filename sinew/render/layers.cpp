@@ -35,7 +35,7 @@ void trace(const Pass& pass, size_t begin, size_t end) {
   std::array<Ray, kRaysPerChunk> rays;
   const size_t count = end - begin;
   for (size_t i = 0; i < count; ++i) rays[i] = pass.ray(begin + i);
-  const FilterContext filter{&pass.world, &pass.scene, rays.data(), nullptr};
+  const FilterContext filter{&pass.world, &pass.scene, rays.data()};
   QueryOptions options{.facing = Facing::front};
   if (pass.filtered) options.filter = visible_filter(filter);
   const std::span<Hit> hits(pass.scratch.hits.data() + begin, count);
@@ -63,12 +63,13 @@ void store_hits(const Pass& pass, size_t begin, size_t end) {
 }
 
 void store_normals(const Pass& pass, size_t begin, size_t end) {
+  const RayCone cone{pass.camera_rays.pixel_width(), pass.camera_rays.pixel_spread()};
   Surface surface;
   for (size_t i = begin; i < end; ++i) {
     const Hit& hit = pass.scratch.hits[i];
     if (hit) {
-      resolve_surface(pass.scene, pass.scratch.attributes.of(hit.object), pass.ray(i), hit,
-                      surface);
+      resolve_surface(pass.scene, pass.scratch.textures, pass.scratch.attributes.of(hit.object),
+                      pass.ray(i), cone, hit, surface);
     }
     pass.out.normal[i] = hit ? surface.normal : vec3(0.0f);
   }
@@ -91,7 +92,9 @@ void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
   out.traversal.resize(choice.traversal ? pixels : 0);
   if (!choice.any_traced()) return;
   scratch.hits.resize(pixels);
-  if (choice.normal) scratch.attributes.begin_frame(world, scene, pose, pixels);
+  if (choice.normal && scratch.attributes.begin_frame(world, scene, pose, pixels)) {
+    scratch.textures.build(scene);
+  }
 
   const Pass pass{world,  scene,   camera, CameraRays(camera, width, height),
                   choice, scratch, out,    needs_filter(scene)};

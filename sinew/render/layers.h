@@ -7,6 +7,7 @@
 
 #include "sinew/render/attributes.h"
 #include "sinew/render/camera.h"
+#include "sinew/render/texture.h"
 #include "sinew/world/world.h"
 
 namespace sinew {
@@ -37,6 +38,7 @@ struct FrameLayers {
 // Buffers that live from frame to frame.
 struct LayerScratch {
   AttributeTable attributes;
+  TextureTable textures;
   std::vector<Hit> hits;
 };
 

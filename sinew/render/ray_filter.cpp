@@ -65,7 +65,7 @@ bool accept_shadow(const void* context, uint32_t ray, const Hit& hit) {
   if (!material.has_back() && !meets_front(c, hit, -c.rays[ray].direction)) return false;
   if (is_hole(*c.scene, material, hit)) return false;
   if (!lets_light_through(material)) return true;
-  const vec3 left = transparency(*c.scene, mesh_of(*c.scene, hit), hit);
+  const vec3 left = transparency(*c.scene, *c.textures, mesh_of(*c.scene, hit), hit);
   uvec3& depth = c.optical_depth[ray];
   for (int channel = 0; channel < 3; ++channel) {
     depth[channel] = std::min(depth[channel] + depth_of(left[channel]), kOpaqueDepth);

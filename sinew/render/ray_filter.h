@@ -11,6 +11,7 @@
 
 #include "sinew/bvh/traverse.h"
 #include "sinew/math/ray.h"
+#include "sinew/render/texture.h"
 #include "sinew/scene/scene.h"
 #include "sinew/world/world.h"
 
@@ -22,6 +23,7 @@ struct FilterContext {
   const Scene* scene = nullptr;
   const Ray* rays = nullptr;
   uvec3* optical_depth = nullptr;  // shadow filter: R, G, B of each ray, zero before the query
+  const TextureTable* textures = nullptr;  // shadow filter
 };
 
 // Whether any hit in this scene needs a filter.

@@ -121,10 +121,12 @@ FrameStats Refinement::draw(const World& world, const Scene& scene, const SceneP
   const Deadline deadline =
       settings.time_budget_ms > 0.0 ? Deadline::after_ms(settings.time_budget_ms) : Deadline();
   Tally tally;
-  const FrameContext frame = make_context(world, scene, in_pass);
-  begin_frame(world, scene, pose, camera, sum_.pixels.size(), scratch);
+  const FrameContext frame =
+      begin_frame(world, scene, pose, camera, in_pass, sum_.pixels.size(), scratch);
   const DrawnPixels pixels{CameraRays(camera, settings.width, settings.height),
-                           {settings.width, settings.height}};
+                           {settings.width, settings.height},
+                           1.0f,
+                           ray_share(settings)};
   const uint32_t tiles = pixels.grid.count(), passes_before = passes_;
   do {
     const uint32_t last = std::min(tile_ + kBatchTiles, tiles);

@@ -33,15 +33,16 @@ float phong_exponent(float roughness) {
   return std::min(2.0f / std::max(alpha * alpha, 1e-6f) - 2.0f, 2048.0f);
 }
 
-vec3 scatter(const Surface& surface, vec3 view, vec3 to_light) {
+vec3 scatter(const Surface& surface, vec3 view, vec3 to_light, Highlight highlight) {
   const float n_l = dot(surface.normal, to_light);
   if (!(n_l > 0.0f)) return vec3(0.0f);
   const vec3 half = normalize(view + to_light);
   const float exponent = phong_exponent(surface.roughness);
   const vec3 fresnel = surface.specular + (1.0f - surface.specular) *
                                               pow5(1.0f - std::clamp(dot(view, half), 0.0f, 1.0f));
-  const float lobe = (exponent + 8.0f) / (8.0f * kPi) *
-                     std::pow(std::clamp(dot(surface.normal, half), 0.0f, 1.0f), exponent);
+  const float peak = highlight == Highlight::phong ? 1.0f : (exponent + 8.0f) / 8.0f;
+  const float lobe =
+      peak / kPi * std::pow(std::clamp(dot(surface.normal, half), 0.0f, 1.0f), exponent);
   return (surface.albedo / kPi * (1.0f - fresnel) + fresnel * lobe) * n_l;
 }
 

@@ -15,9 +15,14 @@ namespace sinew {
 // highlight of a punctual light stays wider than a few pixels and makes no fireflies.
 float phong_exponent(float roughness);
 
+// How bright the middle of a highlight is: all of them hold the same energy, so that sharp ones are
+// bright; or, as Phong has it, all are equally bright, which is what scenes of old (NFF, AFF) mean.
+enum class Highlight : uint8_t { normalized, phong };
+
 // Reflected radiance for unit irradiance on a surface that faces the light: BRDF times the cosine.
 // Unit vectors, away from the surface.
-vec3 scatter(const Surface& surface, vec3 view, vec3 to_light);
+vec3 scatter(const Surface& surface, vec3 view, vec3 to_light,
+             Highlight highlight = Highlight::normalized);
 
 // Share of light that is reflected as from a (blurred) mirror, seen from `view`. Where light would
 // leave a denser medium too obliquely all of it is reflected, but for roughness.

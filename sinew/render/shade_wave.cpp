@@ -50,6 +50,7 @@ std::optional<Continuation> mirror(const Encounter& e, float share, float alpha)
   Continuation out{{}, e.path};
   out.path.throughput *= alpha * share * e.reflectance;
   if (largest(out.path.throughput) < kLeastMirror) return {};
+  out.path.cone.width = e.surface.width;
   ++out.path.mirrors;
   out.path.kind = RayKind::reflection;
   out.ray.origin = leave_before(e.surface, e.surface.position);
@@ -72,6 +73,7 @@ Passage pass_through(const Encounter& e) {
   }
   out.next.path = e.path;
   out.next.path.throughput *= out.share;
+  out.next.path.cone.width = e.surface.width;
   out.next.path.kind = RayKind::refraction;
   ++out.next.path.refractions;
   out.traced = out.next.path.refractions <= e.frame.settings.refractions &&
@@ -88,6 +90,7 @@ Passage pass_blend(const Encounter& e) {
   out.next.ray.direction = e.direction;
   out.next.path = e.path;
   out.next.path.throughput *= out.share;
+  out.next.path.cone.width = e.surface.width;
   ++out.next.path.layers;
   out.traced =
       out.next.path.layers <= kMostLayers && largest(out.next.path.throughput) >= kLeastBehind;

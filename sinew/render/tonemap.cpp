@@ -3,10 +3,10 @@
 // Based on: Khronos PBR Neutral tone mapper (2024) for the shoulder and the fade; without its
 // subtraction of the Fresnel reflex, so blacks and mid tones are untouched.
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "sinew/base/parallel.h"
+#include "sinew/math/srgb.h"
 #include "sinew/render/frame.h"
 
 namespace sinew {
@@ -14,34 +14,6 @@ namespace {
 
 constexpr float kShoulder = 0.6f;       // linear value at which compression begins
 constexpr float kDesaturation = 0.15f;  // how fast colours beyond the shoulder fade to white
-
-// Linear to sRGB codes, rounded to nearest: a cell of the table is narrower than any code, so at
-// most one threshold lies within it.
-struct SrgbEncoder {
-  static constexpr int kCells = 4096;
-  std::array<uint8_t, kCells + 1> low{};  // code at the cell's lower end
-  std::array<float, 257> threshold{};     // least linear value of each code
-
-  SrgbEncoder() {
-    for (int code = 1; code <= 255; ++code) {
-      const double s = (code - 0.5) / 255.0;
-      threshold[static_cast<size_t>(code)] =
-          static_cast<float>(s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4));
-    }
-    threshold[256] = 2.0f;
-    size_t code = 0;
-    for (int i = 0; i <= kCells; ++i) {
-      while (threshold[code + 1] <= static_cast<float>(i) / kCells) ++code;
-      low[static_cast<size_t>(i)] = static_cast<uint8_t>(code);
-    }
-  }
-
-  uint8_t operator()(float linear) const {
-    const float x = std::clamp(linear, 0.0f, 1.0f);
-    const uint8_t code = low[static_cast<size_t>(x * kCells)];
-    return static_cast<uint8_t>(code + (x >= threshold[code + 1u] ? 1 : 0));
-  }
-};
 
 vec3 compress(vec3 color) {
   const float peak = std::max({color.x, color.y, color.z});
@@ -59,7 +31,6 @@ float tame(float x) {
 }  // namespace
 
 void tonemap(const Image& image, float exposure, Image8& out) {
-  static const SrgbEncoder encode;
   const float gain = std::exp2(exposure);
   out.width = image.width;
   out.height = image.height;
@@ -72,9 +43,9 @@ void tonemap(const Image& image, float exposure, Image8& out) {
       const vec3 color =
           compress(vec3(tame(pixel.x * scale), tame(pixel.y * scale), tame(pixel.z * scale)));
       uint8_t* p = &out.pixels[4 * i];
-      p[0] = encode(color.x);
-      p[1] = encode(color.y);
-      p[2] = encode(color.z);
+      p[0] = linear_to_srgb_code(color.x);
+      p[1] = linear_to_srgb_code(color.y);
+      p[2] = linear_to_srgb_code(color.z);
       p[3] = static_cast<uint8_t>(alpha * 255.0f + 0.5f);
     }
   });

@@ -41,7 +41,7 @@ float largest(vec3 v) {
 void trace_probes(const FrameContext& frame, const Wave& wave, Probes& probes, StageClock& clock,
                   uint64_t& traced, uint64_t& skipped) {
   const FilterContext filter{&frame.world, &frame.scene, probes.rays.data(),
-                             probes.optical_depth.data()};
+                             probes.optical_depth.data(), &frame.textures};
   clock.end_shading();
   const size_t done = until(frame.deadline, wave.count, [&](size_t begin, size_t end) {
     parallel_for(end - begin, kChunk, [&](size_t chunk_begin, size_t) {
@@ -126,7 +126,7 @@ double StageClock::lap() {
 }
 
 void trace_hits(const FrameContext& frame, Wave& wave, size_t begin, size_t end) {
-  const FilterContext filter{&frame.world, &frame.scene, wave.rays.data(), nullptr};
+  const FilterContext filter{&frame.world, &frame.scene, wave.rays.data()};
   parallel_for(end - begin, kChunk, [&](size_t chunk_begin, size_t chunk_end) {
     const size_t first = begin + chunk_begin, count = chunk_end - chunk_begin;
     QueryOptions options{.facing = Facing::front};
@@ -163,8 +163,8 @@ void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& w
       wave.direct[i] = vec3(0.0f);
       const Hit& hit = wave.hits[i];
       if (hit) {
-        resolve_surface(frame.scene, attributes.of(hit.object), wave.rays[i], hit,
-                        wave.surfaces[i]);
+        resolve_surface(frame.scene, frame.textures, attributes.of(hit.object), wave.rays[i],
+                        wave.paths[i].cone, hit, wave.surfaces[i]);
       } else {
         wave.surfaces[i].hit = hit;
       }
@@ -175,6 +175,7 @@ void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& w
 void add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave, Probes& probes,
                Tally& tally) {
   const bool shadows = frame.settings.shadows && light.shadows;
+  const Highlight highlight = light.falloff ? Highlight::normalized : Highlight::phong;
   probes.resize(wave);
   for_chunks(wave, [&](size_t chunk, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -182,7 +183,8 @@ void add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave,
       if (!is_lit(surface)) continue;
       const Illumination arriving = illuminate(light, surface.position);
       const vec3 view = -normalize(wave.rays[i].direction);
-      const vec3 reflected = arriving.irradiance * scatter(surface, view, arriving.direction);
+      const vec3 reflected =
+          arriving.irradiance * scatter(surface, view, arriving.direction, highlight);
       if (!(largest(reflected) > 0.0f)) continue;
       if (shadows) {
         probes.push(chunk, shadow_ray(light, surface), static_cast<uint32_t>(i), reflected);

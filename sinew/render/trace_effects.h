@@ -28,6 +28,7 @@ struct FrameContext {
   const World& world;
   const Scene& scene;
   const RenderSettings& settings;
+  const TextureTable& textures;
   float ambient_distance = 0.0f;  // metres
   bool filtered = false;          // some hits must be asked about (see ray_filter.h)
   Deadline deadline = {};         // rays are left out when it has passed

@@ -28,11 +28,12 @@ struct Path {
   uint8_t layers = 0;       // blended surfaces
   RayKind kind = RayKind::primary;
   vec3 throughput{1.0f};
+  RayCone cone;
 
   // Whether the camera sees the ray's end straight.
   bool is_direct() const { return mirrors == 0 && refractions == 0; }
 };
-static_assert(sizeof(Path) == 20);
+static_assert(sizeof(Path) == 28);
 
 struct Wave {
   size_t count = 0;  // of rays; the vectors only grow

@@ -1,8 +1,11 @@
 // Goldens through the program: small pictures of the study scenes, drawn by `sinew render` and held
-// against tests/golden by `sinew compare`. A new one is one line here and one picture there:
-//   build/sinew render INPUT -o tests/golden/NAME.png --size 160x120 OPTIONS
+// against tests/golden by `sinew compare`. A new one is one line here and one picture there,
+// which running the test with SINEW_UPDATE_GOLDENS=1 in the environment makes.
 // Change a golden only in a commit that shows the picture before and after.
 #include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
 
 #include "app/program.h"
 #include "test_data.h"
@@ -54,6 +57,15 @@ INSTANTIATE_TEST_SUITE_P(
         Golden{"pigman",
                SINEW_TEST_DATA "/skinned/pigman/pigman.glb",
                {"--clip", "2", "--time", "0.4", "--hide", "Object_44", "--hide", "Object_32"}},
+        Golden{"kitchen",
+               SINEW_TEST_DATA "/bart/scene_kitchen/aff/kitchen.aff",
+               {"--frames", "601", "--reflections", "3", "--samples", "4"}},
+        Golden{"museum",
+               SINEW_TEST_DATA "/bart/scene_museum/aff/museum5.aff",
+               {"--frames", "180", "--reflections", "2"}},
+        Golden{"robots",
+               SINEW_TEST_DATA "/bart/scene_robot/aff/Robot.aff",
+               {"--frames", "321", "--subsample", "2"}},
         Golden{"cloth",
                SINEW_TEST_DATA "/vertex-cache/cloth-drapes/base.obj+" SINEW_TEST_DATA
                                "/vertex-cache/cloth-drapes/positions.pc2",
@@ -75,6 +87,10 @@ TEST_P(GoldenPicture, IsDrawnAsBefore) {
   const Outcome render = run_sinew(words);
   ASSERT_EQ(render.exit_code, 0) << render.err;
   const std::string expected = std::string(SINEW_GOLDEN "/") + golden.name + ".png";
+  if (std::getenv("SINEW_UPDATE_GOLDENS")) {
+    const auto replace = std::filesystem::copy_options::overwrite_existing;
+    std::filesystem::copy_file(drawn, expected, replace);
+  }
   const Outcome compare = run_sinew({"compare", expected, drawn, "--max-flip", kMostFlip});
   EXPECT_EQ(compare.exit_code, 0) << compare.out << compare.err;
 }

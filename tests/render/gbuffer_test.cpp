@@ -21,7 +21,9 @@ Surface middle(TestScene& t, float x = 0.01f, float y = 0.02f) {
   if (!hit) return surface;
   attributes.touch(hit->object);
   attributes.refresh();
-  resolve_surface(t.scene, attributes.of(hit->object), ray, *hit, surface);
+  TextureTable textures;
+  textures.build(t.scene);
+  resolve_surface(t.scene, textures, attributes.of(hit->object), ray, {}, *hit, surface);
   return surface;
 }
 

@@ -172,7 +172,8 @@ TEST(Alpha, TransmittanceDoesNotDependOnOrder) {
   scene.objects.emplace_back();
   const auto through = [&](std::initializer_list<uint32_t> triangles) {
     uvec3 depth[1] = {uvec3(0u)};
-    const FilterContext context{nullptr, &scene, nullptr, depth};
+    const TextureTable textures;
+    const FilterContext context{nullptr, &scene, nullptr, depth, &textures};
     const HitFilter filter = shadow_filter(context);
     for (uint32_t t : triangles) {
       EXPECT_FALSE(filter.accept(filter.context, 0, {1.0f, 0.25f, 0.25f, t, 0}));

@@ -55,8 +55,8 @@ std::filesystem::path texture_folder(const std::filesystem::path& folder) {
 }  // namespace
 
 vec3 linear_from_display(vec3 color) {
-  const vec3 s = max(color, vec3(0.0f));
-  return {linear_from_srgb(s.x), linear_from_srgb(s.y), linear_from_srgb(s.z)};
+  color = max(color, vec3(0.0f));
+  return {srgb_to_linear(color.x), srgb_to_linear(color.y), srgb_to_linear(color.z)};
 }
 
 Material convert(const Fill& fill) {

@@ -65,8 +65,7 @@ std::array<uint8_t, 4> texel(const Image8* image, uint32_t x, uint32_t y, uint32
 
 void convert_images(const SpecularGlossiness& surface, const Image8* diffuse,
                     const Image8* specular, Image8& base, Image8& metallic_roughness) {
-  std::array<float, 256> linear;
-  for (size_t i = 0; i < linear.size(); ++i) linear[i] = linear_from_srgb(float(i) / 255.0f);
+  const std::array<float, 256>& linear = srgb_codes_to_linear();
   const auto color = [&](const std::array<uint8_t, 4>& p) {
     return vec3(linear[p[0]], linear[p[1]], linear[p[2]]);
   };
@@ -79,7 +78,7 @@ void convert_images(const SpecularGlossiness& surface, const Image8* diffuse,
             convert_values(vec3(surface.diffuse) * color(d), surface.specular * color(s),
                            surface.glossiness * float(s[3]) / 255.0f);
         uint8_t* b = base.at(x, y);
-        for (int k = 0; k < 3; ++k) b[k] = to_byte(srgb_from_linear(mr.base_color[k]));
+        for (int k = 0; k < 3; ++k) b[k] = linear_to_srgb_code(mr.base_color[k]);
         b[3] = d[3];
         uint8_t* m = metallic_roughness.at(x, y);
         m[0] = 255;

@@ -123,8 +123,8 @@ void fill_attributes(const PolygonModel& model, const Normals& normals, bool has
     if (!model.colors.empty()) {
       const vec3 color =
           key.color == kNoIndex ? vec3(1.0f) : clamp(model.colors[key.color], 0.0f, 1.0f);
-      mesh.colors.emplace_back(linear_from_srgb(color.x), linear_from_srgb(color.y),
-                               linear_from_srgb(color.z), 1.0f);
+      mesh.colors.emplace_back(srgb_to_linear(color.x), srgb_to_linear(color.y),
+                               srgb_to_linear(color.z), 1.0f);
     }
   }
 }

@@ -91,8 +91,7 @@ Cells cellular_noise(vec3 p, float jitter, uint32_t seed) {
 
 void store_srgb(vec3 linear, uint8_t* rgba) {
   for (int c = 0; c < 3; ++c) {
-    const float x = std::clamp(linear[c], 0.0f, 1.0f);
-    rgba[c] = static_cast<uint8_t>(srgb_from_linear(x) * 255.0f + 0.5f);
+    rgba[c] = linear_to_srgb_code(linear[c]);
   }
   rgba[3] = 255;
 }
