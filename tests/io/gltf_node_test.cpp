@@ -173,6 +173,19 @@ TEST(GltfInstancing, EachInstanceIsAChildNode) {
   expect_contains(load_error(b), "different numbers of translations");
 }
 
+TEST(GltfInstancing, NamesOfInstancesCountAgainstTheMemoryLimit) {
+  GltfBuilder b;
+  b.add_triangle();
+  b.json["nodes"][0]["name"] = std::string(30'000, 'n');
+  const int zeros =
+      b.add("accessors", {{"componentType", 5126}, {"type", "VEC3"}, {"count", 5000}});
+  b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", zeros}};
+  expect_contains(load_error(b, {.memory_limit = 64 << 20}), "needs more memory than the limit");
+  b.json["nodes"][0]["name"] = "n";
+  EXPECT_TRUE(b.load({.memory_limit = 64 << 20}));
+}
+
 TEST(GltfView, CamerasAndLights) {
   GltfBuilder b;
   b.add("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 0.7}, {"znear", 0.1}}}});
