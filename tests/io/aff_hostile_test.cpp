@@ -218,5 +218,17 @@ TEST_F(AffHostile, TheMemoryLimitHolds) {
   EXPECT_FALSE(load(text, {.memory_limit = 100}));
 }
 
+TEST_F(AffHostile, ImagesAndTrianglesShareTheMemoryLimit) {
+  folder.write("TextureFiles/u.ppm", "P6 512 512 255\n" + std::string(3 * 512 * 512, 'x'));
+  const std::string image = "tt u.ppm 0 0 0 0 1 1 0 0 1 1 0 1 0 1 0\n";  // 1 MiB
+  std::string spheres;                                                   // about 3 MB
+  for (int i = 0; i < 20; ++i) spheres += "s 0 0 0 1\n";
+  const LoadOptions limit{.memory_limit = 3'800'000};
+  EXPECT_TRUE(load(image, limit));
+  EXPECT_TRUE(load(spheres, limit));
+  EXPECT_FALSE(load(image + spheres, limit));
+  EXPECT_FALSE(load(spheres + image, limit));
+}
+
 }  // namespace
 }  // namespace sinew

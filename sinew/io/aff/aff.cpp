@@ -111,7 +111,8 @@ class Assembler {
                                                    : "leave complexity out"});
     }
     const uint64_t triangles = uint64_t{1} << (2 * aff_.complexity);
-    if (triangles * (kBytesPerSplitTriangle + mesh.keys * sizeof(vec3)) > options_.memory_limit) {
+    content_.bytes += triangles * (kBytesPerSplitTriangle + mesh.keys * sizeof(vec3));
+    if (content_.bytes > options_.memory_limit) {
       return fail({ErrorKind::bad_input, path_, "",
                    "the animated triangles take more than the memory limit",
                    "raise the memory limit"});
@@ -138,14 +139,13 @@ class Assembler {
 
   Result<void> add_keyframes() {
     std::set<std::string_view> used;
-    uint64_t values = 0;
     for (const NamedNode& named : content_.named_nodes) {
       const auto found = content_.keyframes.find(named.name);
       if (found == content_.keyframes.end()) continue;
       used.insert(named.name);
       for (Channel channel : found->second.channels) {
-        values += channel.times.size() + channel.values.size();
-        if (values * sizeof(float) > options_.memory_limit) {
+        content_.bytes += sizeof(float) * (channel.times.size() + channel.values.size());
+        if (content_.bytes > options_.memory_limit) {
           return fail({ErrorKind::bad_input, path_, "keyframes \"" + printable(named.name) + '"',
                        "they move so many transforms that they take more than the memory limit",
                        "raise the memory limit"});

@@ -30,7 +30,7 @@ Reader::Reader(Scene& scene, const std::filesystem::path& path, const LoadOption
       path_(path.string()),
       folder_(asset_folder(path)),
       options_(options),
-      materials_(scene, folder_, options.memory_limit),
+      materials_(scene, folder_),
       detail_(std::numeric_limits<int64_t>::max()) {
   scene_.environment = {vec3(0.0f), vec3(0.0f), vec3(0.0f), vec3(0.0f)};
 }
@@ -42,6 +42,7 @@ Result<Content> Reader::run() {
   const auto canonical = std::filesystem::weakly_canonical(path_, ignored);
   SINEW_CHECKED(read_file(canonical.string(), path_));
   materials_.set_ambient_light(ambient_light_);
+  content_.bytes = bytes_;
   return std::move(content_);
 }
 

@@ -45,6 +45,7 @@ struct Content {
   std::vector<NamedNode> named_nodes;
   std::map<std::string, Keyframes> keyframes;  // by name
   Timing timing;
+  uint64_t bytes = 0;  // that reading took, about
 };
 
 // Adds nodes, cameras, lights, materials, images and warnings to the scene; meshes, objects and
