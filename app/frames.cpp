@@ -122,7 +122,9 @@ Timeline timeline_of(const Scene& scene, int clip, double fps) {
   // A thousandth of a frame forgives lengths that floating point made a little too long.
   const double length = std::ceil((chosen.end - chosen.start) * timeline.fps - 1e-3);
   timeline.frames = static_cast<int>(std::clamp(length, 1.0, double{kMaxFrame}));
-  if (own_rate && clip == 0 && scene.default_frames > 0) timeline.frames = scene.default_frames;
+  if (own_rate && clip == 0 && scene.default_frames > 0) {
+    timeline.frames = std::min(scene.default_frames, kMaxFrame);
+  }
   return timeline;
 }
 

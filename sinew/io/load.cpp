@@ -12,6 +12,7 @@
 #include "sinew/io/gltf/gltf.h"
 #include "sinew/io/polygon/scene.h"
 #include "sinew/io/polygon/sequence.h"
+#include "sinew/io/text.h"
 #include "sinew/io/vertex_cache.h"
 #include "sinew/scene/study.h"
 

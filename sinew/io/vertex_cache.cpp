@@ -13,6 +13,7 @@
 #include "sinew/base/check.h"
 #include "sinew/io/output_file.h"
 #include "sinew/io/polygon/scene.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
 namespace {

@@ -77,6 +77,8 @@ struct Environment {
                                   // instead of what rays see
 };
 
+inline constexpr double kHighestFps = 1e6;
+
 struct Scene {
   std::string name;
   std::vector<Mesh> meshes;
@@ -90,7 +92,7 @@ struct Scene {
   std::vector<SceneObject> objects;  // in node order
   Environment environment;
   int32_t default_frames = 0;         // > 0: how many frames the scene is meant to have
-  double default_fps = 0.0;           // > 0: the frame rate it is meant for
+  double default_fps = 0.0;           // > 0: the frame rate it is meant for, at most kHighestFps
   std::vector<std::string> warnings;  // from loading: what is unsupported, corrected or ignored
 };
 

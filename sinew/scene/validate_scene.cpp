@@ -193,6 +193,10 @@ std::string validate(const Scene& scene) {
   problem.expect_finite("zenith", scene.environment.zenith);
   problem.expect_finite("horizon", scene.environment.horizon);
   problem.expect_finite("nadir", scene.environment.nadir);
+  problem.expect_finite("ambient", scene.environment.ambient.value_or(vec3(0.0f)));
+  problem.expect(scene.default_frames >= 0, "{} frames", scene.default_frames);
+  problem.expect(scene.default_fps >= 0.0 && scene.default_fps <= kHighestFps, "{} frames a second",
+                 scene.default_fps);
   return problem.text();
 }
 

@@ -143,6 +143,7 @@ TEST_F(AffHostile, AbsurdCountsAndNumbers) {
                "positions");
   expect_error("a 0 1 100000000", "frames");
   expect_error("a 1 0 10", "before it starts");
+  expect_error("a 0 1e-300 1000", "frames a second");
   expect_error("xs 1 1 1 0 0 0 90 0 0 0 { }", "without direction");
   expect_error("v from 0 0 0 at 0 0 0 up 0 1 0 angle 45 hither 1 resolution 1 1", "no direction");
   expect_error("v from 0 0 0 at 0 0 1 up 0 1 0 angle 180 hither 1 resolution 1 1", "180 degrees");
@@ -182,6 +183,18 @@ TEST_F(AffHostile, KeysThatMoveTooMuch) {
   EXPECT_NE(scene.error().message().find("keyframes \"n\""), std::string::npos);
 }
 
+// Each key that turns sharply becomes up to 256 of the channel.
+TEST_F(AffHostile, RotationsThatTakeTooMuch) {
+  std::string text = "x n { s 0 0 0 1 }\nk n { rot 3000\n";
+  for (int i = 0; i < 3000; ++i) {
+    text += std::to_string(i) + (i % 2 == 0 ? " 1 0 0 3 0 0 0\n" : " 0 1 1 179 0 0 0\n");
+  }
+  EXPECT_TRUE(load(text + "}"));
+  const Result<Scene> scene = load(text + "}", {.memory_limit = 4 << 20});
+  ASSERT_FALSE(scene);
+  EXPECT_NE(scene.error().problem.find("3000 keys"), std::string::npos);
+}
+
 TEST_F(AffHostile, WarningsDoNotPileUp) {
   std::string text;
   for (int i = 0; i < 1000; ++i) text += "k n" + std::to_string(i) + " { visibility 1 0 1 }\n";
@@ -203,6 +216,18 @@ TEST_F(AffHostile, TheMemoryLimitHolds) {
   ASSERT_FALSE(scene);
   EXPECT_NE(scene.error().problem.find("memory limit"), std::string::npos);
   EXPECT_FALSE(load(text, {.memory_limit = 100}));
+}
+
+TEST_F(AffHostile, ImagesAndTrianglesShareTheMemoryLimit) {
+  folder.write("TextureFiles/u.ppm", "P6 512 512 255\n" + std::string(3 * 512 * 512, 'x'));
+  const std::string image = "tt u.ppm 0 0 0 0 1 1 0 0 1 1 0 1 0 1 0\n";  // 1 MiB
+  std::string spheres;                                                   // about 3 MB
+  for (int i = 0; i < 20; ++i) spheres += "s 0 0 0 1\n";
+  const LoadOptions limit{.memory_limit = 3'800'000};
+  EXPECT_TRUE(load(image, limit));
+  EXPECT_TRUE(load(spheres, limit));
+  EXPECT_FALSE(load(image + spheres, limit));
+  EXPECT_FALSE(load(spheres + image, limit));
 }
 
 }  // namespace

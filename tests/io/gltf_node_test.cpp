@@ -1,4 +1,6 @@
 // Nodes, skins, instances, cameras and lights of small glTF files made here.
+#include <limits>
+
 #include "gltf_builder.h"
 
 namespace sinew {
@@ -110,6 +112,9 @@ TEST(GltfSkin, InverseBindMatrices) {
   matrices[31] = 2.0f;
   b.json["skins"][0]["inverseBindMatrices"] = b.accessor(matrices, "MAT4");
   expect_contains(load_error(b), "accessor 4: its matrix 1 is not affine");
+  matrices[21] = std::numeric_limits<float>::infinity();  // behind what a vec4 each would hold
+  b.json["skins"][0]["inverseBindMatrices"] = b.accessor(matrices, "MAT4");
+  expect_contains(load_error(b), "accessor 5: its element 1 is not finite");
   matrices.resize(16);
   b.json["skins"][0]["inverseBindMatrices"] = b.accessor(matrices, "MAT4");
   expect_contains(load_error(b), "skin 0: has 1 inverse bind matrices for 2 joints");
@@ -166,6 +171,19 @@ TEST(GltfInstancing, EachInstanceIsAChildNode) {
   b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] =
       b.accessor<float>({1, 1, 1}, "VEC3");
   expect_contains(load_error(b), "different numbers of translations");
+}
+
+TEST(GltfInstancing, NamesOfInstancesCountAgainstTheMemoryLimit) {
+  GltfBuilder b;
+  b.add_triangle();
+  b.json["nodes"][0]["name"] = std::string(30'000, 'n');
+  const int zeros =
+      b.add("accessors", {{"componentType", 5126}, {"type", "VEC3"}, {"count", 5000}});
+  b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+      {"TRANSLATION", zeros}};
+  expect_contains(load_error(b, {.memory_limit = 64 << 20}), "needs more memory than the limit");
+  b.json["nodes"][0]["name"] = "n";
+  EXPECT_TRUE(b.load({.memory_limit = 64 << 20}));
 }
 
 TEST(GltfView, CamerasAndLights) {

@@ -77,6 +77,13 @@ TEST(GltfRoundTrip, SequenceWhoseTopologyChangesPlaysTheSame) {
   test::expect_same_motion(*scene, loaded, 0.0);
 }
 
+TEST(GltfRoundTrip, AnyNumberOfFramesIsKept) {
+  Scene scene = test::everything_scene();
+  scene.default_frames = 100'000'000;
+  const TemporaryFolder folder;
+  EXPECT_EQ(test::save_and_load(scene, folder).default_frames, scene.default_frames);
+}
+
 TEST(GltfRoundTrip, EverythingPlaysTheSame) {
   const Scene scene = test::everything_scene();
   ASSERT_EQ(validate(scene), "");

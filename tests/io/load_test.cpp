@@ -125,6 +125,20 @@ TEST_F(Load, GapsInASequenceKeepTheirTime) {
   EXPECT_FLOAT_EQ(scene.clips[0].channels[0].times[2], 5.0f / 24.0f);
 }
 
+TEST_F(Load, WhatOnlyLaterFilesOfASequenceLackIsNamedOnce) {
+  const auto warnings = [&](const std::string& last) {
+    folder.write("w1.obj", "curv 0 1\n" + triangle(0));
+    for (int i : {2, 3}) folder.write(fmt::format("w{}.obj", i), "curv 0 1\nsurf\n" + triangle(1));
+    folder.write("w4.obj", last);
+    return expect_scene("w#.obj").warnings;
+  };
+  const std::vector<std::string> cached = warnings(triangle(4));
+  ASSERT_EQ(cached.size(), 2u);
+  EXPECT_NE(cached[0].find("curv"), std::string::npos);
+  EXPECT_EQ(cached[1].find("w2.obj: line 2: statement \"surf\""), 0u) << cached[1];
+  EXPECT_EQ(warnings(kQuad), cached) << "and where the topology changes";
+}
+
 TEST_F(Load, AChangingTopologyShowsOneNodeAFrame) {
   folder.write("w1.obj", triangle(0));
   folder.write("w2.obj", kQuad);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "sinew/io/aff/reader.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
 namespace {
@@ -58,6 +59,7 @@ class Assembler {
     SINEW_CHECKED(add_keyframes());
     set_timing();
     list_objects(scene_);
+    scene_.name = std::filesystem::path(path_).stem().string() + derivation_;
     return {};
   }
 
@@ -109,17 +111,17 @@ class Assembler {
                                                    : "leave complexity out"});
     }
     const uint64_t triangles = uint64_t{1} << (2 * aff_.complexity);
-    if (triangles * (kBytesPerSplitTriangle + mesh.keys * sizeof(vec3)) > options_.memory_limit) {
+    content_.bytes += triangles * (kBytesPerSplitTriangle + mesh.keys * sizeof(vec3));
+    if (content_.bytes > options_.memory_limit) {
       return fail({ErrorKind::bad_input, path_, "",
                    "the animated triangles take more than the memory limit",
                    "raise the memory limit"});
     }
     for (int c = *base; c < aff_.complexity; ++c) subdivide(mesh);
     if (*base == aff_.complexity) return {};
-    mesh.name +=
+    derivation_ =
         fmt::format(" (complexity {}, derived from complexity {})", aff_.complexity, *base);
-    scene_.name = fmt::format("{} (complexity {}, derived from complexity {})",
-                              std::filesystem::path(path_).stem().string(), aff_.complexity, *base);
+    mesh.name += derivation_;
     return {};
   }
 
@@ -137,14 +139,13 @@ class Assembler {
 
   Result<void> add_keyframes() {
     std::set<std::string_view> used;
-    uint64_t values = 0;
     for (const NamedNode& named : content_.named_nodes) {
       const auto found = content_.keyframes.find(named.name);
       if (found == content_.keyframes.end()) continue;
       used.insert(named.name);
       for (Channel channel : found->second.channels) {
-        values += channel.times.size() + channel.values.size();
-        if (values * sizeof(float) > options_.memory_limit) {
+        content_.bytes += sizeof(float) * (channel.times.size() + channel.values.size());
+        if (content_.bytes > options_.memory_limit) {
           return fail({ErrorKind::bad_input, path_, "keyframes \"" + printable(named.name) + '"',
                        "they move so many transforms that they take more than the memory limit",
                        "raise the memory limit"});
@@ -191,6 +192,7 @@ class Assembler {
   std::unordered_map<size_t, std::vector<uint32_t>> meshes_by_content_;  // indices
   std::vector<Channel> channels_;
   bool has_animated_ = false;
+  std::string derivation_;  // what raise_complexity did, for names
 };
 
 }  // namespace

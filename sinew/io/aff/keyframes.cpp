@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sinew/io/aff/spline.h"
+#include "sinew/io/text.h"
 
 namespace sinew::aff {
 namespace {
@@ -78,7 +79,14 @@ Result<Channel> read_visibility(Words& words) {
   return channel;
 }
 
-Result<Channel> read_motion(Words& words, std::vector<std::string>& warnings) {
+// Bytes that a channel may take for each key of the file: a time and three values (the key's and
+// two slopes) of each of its own keys, of which a jump makes two.
+uint64_t most_bytes_per_key(bool rotates) {
+  return rotates ? uint64_t{kMostPieces + 1} * (1 + 3 * 4) * sizeof(float)
+                 : uint64_t{2} * (1 + 3 * 3) * sizeof(float);
+}
+
+Result<Channel> read_motion(Words& words, uint64_t memory, std::vector<std::string>& warnings) {
   const std::string_view motion = words.word();
   if (motion == "visibility") return read_visibility(words);
   if (motion != "transl" && motion != "rot" && motion != "scale") {
@@ -90,6 +98,10 @@ Result<Channel> read_motion(Words& words, std::vector<std::string>& warnings) {
   if (count < kLeastKeys) {
     return words.error(fmt::format("has {} keys, fewer than a spline needs", count),
                        fmt::format("give at least {}", kLeastKeys));
+  }
+  if (count > memory / most_bytes_per_key(rotates)) {
+    return words.error(fmt::format("{} keys may take more than the memory limit", count),
+                       "raise the memory limit");
   }
   Channel channel;
   if (rotates) {
@@ -112,13 +124,14 @@ Result<Channel> read_motion(Words& words, std::vector<std::string>& warnings) {
 
 }  // namespace
 
-Result<Keyframes> read_keyframes(Words& words, std::vector<std::string>& warnings) {
+Result<Keyframes> read_keyframes(Words& words, uint64_t memory,
+                                 std::vector<std::string>& warnings) {
   Keyframes result;
   SINEW_TRY(result.name, words.name("the name of a transform"));
   SINEW_CHECKED(words.expect("{"));
   while (!words.next_is("}")) {
     if (words.at_end()) return words.expect("}").map([] { return Keyframes{}; });
-    SINEW_TRY(Channel channel, read_motion(words, warnings));
+    SINEW_TRY(Channel channel, read_motion(words, memory, warnings));
     const auto twice = std::ranges::find(result.channels, channel.path, &Channel::path);
     if (twice != result.channels.end()) {
       return words.error("has two sets of keys of one kind", "give one");

@@ -1,6 +1,7 @@
 // The keyframes of one transform: what a statement `k NAME { ... }` holds.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,7 +16,8 @@ struct Keyframes {
   std::vector<Channel> channels;  // at most one a path; their node is not set
 };
 
-// Reads what follows `k`. Keys that go back in time are named in `warnings`.
-Result<Keyframes> read_keyframes(Words& words, std::vector<std::string>& warnings);
+// Reads what follows `k`. Keys that go back in time are named in `warnings`. An error if the
+// channels might take more than `memory` bytes, before they do.
+Result<Keyframes> read_keyframes(Words& words, uint64_t memory, std::vector<std::string>& warnings);
 
 }  // namespace sinew::aff

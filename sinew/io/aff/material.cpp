@@ -13,6 +13,7 @@
 #include "sinew/io/image_file.h"
 #include "sinew/io/image_ppm.h"
 #include "sinew/io/output_file.h"
+#include "sinew/io/text.h"
 #include "sinew/math/srgb.h"
 
 namespace sinew::aff {
@@ -76,16 +77,13 @@ Material convert(const Fill& fill) {
   return out;
 }
 
-Materials::Materials(Scene& scene, const std::filesystem::path& folder, uint64_t memory_limit)
-    : scene_(scene),
-      folder_(folder),
-      textures_(texture_folder(folder)),
-      memory_limit_(memory_limit) {}
+Materials::Materials(Scene& scene, const std::filesystem::path& folder)
+    : scene_(scene), folder_(folder), textures_(texture_folder(folder)) {}
 
-Result<uint32_t> Materials::use(const std::string& texture, const Words& words) {
+Result<uint32_t> Materials::use(const std::string& texture, uint64_t memory, const Words& words) {
   int32_t found = -1;
   if (!texture.empty()) {
-    SINEW_TRY(found, image(texture, words));
+    SINEW_TRY(found, image(texture, memory, words));
   }
   const auto [entry, added] = materials_.try_emplace(
       values_of(fill_, found), static_cast<uint32_t>(scene_.materials.size()));
@@ -108,7 +106,7 @@ void Materials::set_ambient_light(vec3 light) {
   scene_.environment.ambient = vec3(0.0f);
 }
 
-Result<int32_t> Materials::image(const std::string& name, const Words& words) {
+Result<int32_t> Materials::image(const std::string& name, uint64_t memory, const Words& words) {
   if (const auto known = names_.find(name); known != names_.end()) return known->second;
   const auto error = [&](std::string problem, std::string remedy) {
     return words.error("texture \"" + printable(name) + "\" " + std::move(problem),
@@ -133,8 +131,7 @@ Result<int32_t> Materials::image(const std::string& name, const Words& words) {
   if (const auto known = images_.find(path); known != images_.end()) {
     return names_[name] = known->second;
   }
-  const uint64_t left = memory_limit_ - std::min(memory_limit_, image_bytes_);
-  SINEW_TRY(const std::string text, read_file(path, left));
+  SINEW_TRY(const std::string text, read_file(path, memory));
   const std::span bytes(reinterpret_cast<const uint8_t*>(text.data()), text.size());
   const bool ppm = is_ppm(bytes);
   if (!ppm && !is_image(bytes)) {
@@ -142,9 +139,8 @@ Result<int32_t> Materials::image(const std::string& name, const Words& words) {
   }
   SINEW_TRY(const ImageSize size, ppm ? ppm_size(bytes, path) : image_size(bytes, path));
   const uint64_t needed = uint64_t{4} * size.width * size.height;
-  if (needed > left) return error("takes more than the memory limit", "raise the memory limit");
+  if (needed > memory) return error("takes more than the memory limit", "raise the memory limit");
   SINEW_TRY(Image8 decoded, ppm ? decode_ppm(bytes, path) : decode_image(bytes, path));
-  image_bytes_ += needed;
   const auto index = static_cast<int32_t>(scene_.images.size());
   scene_.images.push_back(std::move(decoded));
   images_[path] = index;

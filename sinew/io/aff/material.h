@@ -29,23 +29,22 @@ struct Fill {
 // Textures lie in the folder of the top file or in "TextureFiles" beside it.
 class Materials {
  public:
-  Materials(Scene& scene, const std::filesystem::path& folder, uint64_t memory_limit);
+  Materials(Scene& scene, const std::filesystem::path& folder);
 
   void set_fill(const Fill& fill) { fill_ = fill; }
-  // The material of the fill with that texture ("": none); `words` say where, for errors.
-  Result<uint32_t> use(const std::string& texture, const Words& words);
+  // The material of the fill with that texture ("": none), whose image may take `memory` bytes;
+  // `words` say where, for errors.
+  Result<uint32_t> use(const std::string& texture, uint64_t memory, const Words& words);
   // To be called at the end: `light` is the ambient light, which may come after its materials.
   void set_ambient_light(vec3 light);
 
  private:
   // The image's index, -1 if it is missing.
-  Result<int32_t> image(const std::string& name, const Words& words);
+  Result<int32_t> image(const std::string& name, uint64_t memory, const Words& words);
 
   Scene& scene_;
   const std::filesystem::path folder_;    // canonical, of the top file
   const std::filesystem::path textures_;  // canonical
-  const uint64_t memory_limit_;
-  uint64_t image_bytes_ = 0;
   Fill fill_;
   std::vector<Fill> fills_;                           // one a material
   std::map<std::vector<float>, uint32_t> materials_;  // by the fill's values and the image

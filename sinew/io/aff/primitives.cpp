@@ -59,10 +59,13 @@ Result<bool> Reader::read_primitive(std::string_view statement, Words& words) {
 }
 
 Result<uint32_t> Reader::use_material(const std::string& texture, const Words& words) {
-  const size_t before = scene_.materials.size();
-  SINEW_TRY(const uint32_t material, materials_.use(texture, words));
-  const size_t added = scene_.materials.size() - before;
+  const size_t materials = scene_.materials.size(), images = scene_.images.size();
+  SINEW_TRY(const uint32_t material, materials_.use(texture, memory_left(), words));
+  const size_t added = scene_.materials.size() - materials;
   SINEW_CHECKED(charge(added * (kBytesPerMaterial + texture.size()), words));
+  for (size_t i = images; i < scene_.images.size(); ++i) {
+    SINEW_CHECKED(charge(scene_.images[i].pixels.size(), words));
+  }
   return material;
 }
 

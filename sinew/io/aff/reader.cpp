@@ -9,6 +9,7 @@
 
 #include "sinew/io/asset_folder.h"
 #include "sinew/io/output_file.h"
+#include "sinew/io/text.h"
 
 namespace sinew::aff {
 namespace {
@@ -29,7 +30,7 @@ Reader::Reader(Scene& scene, const std::filesystem::path& path, const LoadOption
       path_(path.string()),
       folder_(asset_folder(path)),
       options_(options),
-      materials_(scene, folder_, options.memory_limit),
+      materials_(scene, folder_),
       detail_(std::numeric_limits<int64_t>::max()) {
   scene_.environment = {vec3(0.0f), vec3(0.0f), vec3(0.0f), vec3(0.0f)};
 }
@@ -41,6 +42,7 @@ Result<Content> Reader::run() {
   const auto canonical = std::filesystem::weakly_canonical(path_, ignored);
   SINEW_CHECKED(read_file(canonical.string(), path_));
   materials_.set_ambient_light(ambient_light_);
+  content_.bytes = bytes_;
   return std::move(content_);
 }
 
@@ -50,11 +52,14 @@ Result<void> Reader::charge(uint64_t bytes, const Words& words) {
   return words.error("the scene takes more than the memory limit", "raise the memory limit");
 }
 
+uint64_t Reader::memory_left() const {
+  return options_.memory_limit - std::min(bytes_, options_.memory_limit);
+}
+
 Result<const std::string*> Reader::text_of(const std::string& file, const std::string& name) {
   auto known = texts_.find(file);
   if (known == texts_.end()) {
-    const uint64_t left = options_.memory_limit - std::min(bytes_, options_.memory_limit);
-    SINEW_TRY(std::string text, sinew::read_file(name, std::min(left, kMostTextBytes)));
+    SINEW_TRY(std::string text, sinew::read_file(name, std::min(memory_left(), kMostTextBytes)));
     bytes_ += text.size();
     known = texts_.emplace(file, std::move(text)).first;
   }
@@ -206,7 +211,7 @@ Result<void> Reader::read_animated_transform(Words& words) {
 }
 
 Result<void> Reader::read_keys(Words& words) {
-  SINEW_TRY(Keyframes keys, read_keyframes(words, scene_.warnings));
+  SINEW_TRY(Keyframes keys, read_keyframes(words, memory_left(), scene_.warnings));
   for (const Channel& channel : keys.channels) {
     SINEW_CHECKED(charge(channel.times.size() * 4 + channel.values.size() * 4, words));
   }

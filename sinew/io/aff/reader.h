@@ -45,6 +45,7 @@ struct Content {
   std::vector<NamedNode> named_nodes;
   std::map<std::string, Keyframes> keyframes;  // by name
   Timing timing;
+  uint64_t bytes = 0;  // that reading took, about
 };
 
 // Adds nodes, cameras, lights, materials, images and warnings to the scene; meshes, objects and
@@ -100,6 +101,7 @@ class Reader {
   Result<int32_t> node_here(const Words& words);
   Result<uint32_t> add_node(Node node, const Words& words);
   Result<void> charge(uint64_t bytes, const Words& words);
+  uint64_t memory_left() const;
   glm::dmat4 to_frame() const;
 
   Scene& scene_;

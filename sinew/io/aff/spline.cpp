@@ -209,7 +209,6 @@ Squad rotation_segment(std::span<const RotationKey> file_keys, std::span<const R
 }
 
 constexpr double kRotationTolerance = 1e-5;  // of quaternions: half an angle, radians
-constexpr int kMostPieces = 256;             // of one segment
 
 // How far the Hermite cubic from u0 to u1 leaves the squad.
 double hermite_error(const Squad& squad, double u0, double u1) {

@@ -27,6 +27,7 @@ using VectorKey = SplineKey<glm::dvec3>;
 using RotationKey = SplineKey<glm::dquat>;  // unit length; either of the two signs counts
 
 inline constexpr size_t kLeastKeys = 4;
+inline constexpr int kMostPieces = 256;  // keys of a rotation channel for each key of the file
 
 // Keys whose time goes back are passed over until time has come up with them again, and keys at one
 // time make a jump, as BART's code does.

@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
 #include <utility>
+
+#include "sinew/io/text.h"
 
 namespace sinew::aff {
 namespace {
@@ -23,12 +24,6 @@ bool is_brace(char c) {
 }
 
 }  // namespace
-
-std::string printable(std::string_view word) {
-  std::string text(word.substr(0, 40));
-  for (char& c : text) c = c >= ' ' && c <= '~' ? c : '?';
-  return text;
-}
 
 void Words::skip_blanks() {
   while (at_ < text_.size()) {
@@ -100,16 +95,13 @@ Result<std::string> Words::name(std::string_view what) {
 }
 
 Result<void> Words::number(double& out) {
-  const size_t begin = at_ + (at_ < text_.size() && text_[at_] == '+');
-  const char* const end = text_.data() + text_.size();
-  const auto [stop, problem] = std::from_chars(text_.data() + begin, end, out);
-  const bool whole = stop == end || is_blank(*stop) || is_brace(*stop) || is_comment(*stop);
-  if (problem == std::errc::invalid_argument || !whole) return unexpected("a number");
-  if (problem == std::errc::result_out_of_range || !std::isfinite(static_cast<float>(out))) {
-    return unexpected("a finite number");
-  }
+  const size_t end = at_ + take_number(text_.substr(at_), out);
+  const bool whole =
+      end == text_.size() || is_blank(text_[end]) || is_brace(text_[end]) || is_comment(text_[end]);
+  if (end == at_ || !whole) return unexpected("a number");
+  if (!std::isfinite(static_cast<float>(out))) return unexpected("a finite number");
   last_begin_ = at_;
-  at_ = static_cast<size_t>(stop - text_.data());
+  at_ = end;
   skip_blanks();
   return {};
 }

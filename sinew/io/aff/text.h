@@ -61,7 +61,4 @@ class Words {
 // A reader names no more things that it passes over.
 inline constexpr size_t kMostWarnings = 200;
 
-// The start of a word, fit for a message whatever the file holds.
-std::string printable(std::string_view word);
-
 }  // namespace sinew::aff

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 
 #include "sinew/io/gltf/animation.h"
 #include "sinew/io/gltf/uri.h"
@@ -153,12 +154,11 @@ Result<void> read_extent(const Json& json, Clip& clip) {
 }
 
 Result<void> read_scene_extras(const Json& json, Scene& scene) {
-  constexpr uint64_t kMostFrames = 1'000'000;
-  constexpr float kHighestRate = 1e6f;
+  constexpr uint64_t kMostFrames = std::numeric_limits<int32_t>::max();
   const Json extras = extras_of(json);
   SINEW_TRY(const float fps, extras.number("sinew_fps", 0.0f));
   SINEW_TRY(const uint64_t frames, extras.unsigned_number("sinew_frames", 0, kMostFrames));
-  if (!(fps >= 0.0f && fps <= kHighestRate)) return json.error("its frame rate makes no sense");
+  if (!(fps >= 0.0f && fps <= kHighestFps)) return json.error("its frame rate makes no sense");
   scene.default_fps = double{fps};
   scene.default_frames = static_cast<int32_t>(frames);
   SINEW_TRY(const Json environment, extras.object("sinew_environment"));

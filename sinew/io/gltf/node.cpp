@@ -80,7 +80,9 @@ Result<std::vector<Node>> read_instances(const Reader& reader, const Json& json,
       return json.error("its instances have different numbers of translations, rotations, scales");
     }
   }
-  SINEW_CHECKED(reader.budget.take(json, count, 2 * sizeof(Node)));
+  const uint64_t each =
+      2 * sizeof(Node) + parent.name.size() + sizeof(float) * parent.weights.size();
+  SINEW_CHECKED(reader.budget.take(json, count, each));
   std::vector<Node> result(count);
   for (size_t i = 0; i < count; ++i) {
     Node& node = result[i];

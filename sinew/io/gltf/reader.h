@@ -26,7 +26,7 @@ Result<std::vector<T>> read_vector(const Reader& reader, const Accessor& accesso
   if constexpr (std::is_arithmetic_v<T>) {
     SINEW_CHECKED(read(accessor, std::span<T>(result)));
   } else {
-    const size_t size = result.size() * static_cast<size_t>(T::length());
+    const size_t size = result.size() * (sizeof(T) / sizeof(float));
     SINEW_CHECKED(read(accessor, std::span<float>(glm::value_ptr(result[0]), size)));
   }
   return result;

@@ -14,6 +14,7 @@
 #include "sinew/io/gltf/write_mesh.h"
 #include "sinew/io/gltf/write_node.h"
 #include "sinew/io/save.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
 namespace gltf {
@@ -33,8 +34,7 @@ struct OutputNames {
 
 Result<OutputNames> names_of(const std::string& path) {
   OutputNames names{path, fs::path(path).stem().string(), ""};
-  std::string extension = fs::path(path).extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 'a' - 'A') : c;
+  const std::string extension = extension_of(path);
   if (extension == ".gltf") {
     names.binary = names.stem + ".bin";
   } else if (extension != ".glb" && path != "-") {

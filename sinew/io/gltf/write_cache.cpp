@@ -54,7 +54,7 @@ double rate_of_keys(const Scene& scene, uint32_t mesh) {
 Result<uint32_t> program_keys(const Scene& scene, const Timeline& timeline) {
   // A thousandth of a frame forgives lengths that floating point made a little too long.
   const double last = std::ceil((timeline.end - timeline.start) * timeline.fps - 1e-3);
-  if (last >= std::numeric_limits<int32_t>::max()) {
+  if (!(last < std::numeric_limits<int32_t>::max())) {
     return fail({ErrorKind::usage, scene.name, "",
                  fmt::format("its vertex programs would need {:.0f} samples", last),
                  "choose fewer frames a second"});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "sinew/io/gltf/write_node.h"
 #include "sinew/scene/sample.h"
@@ -73,7 +74,7 @@ JsonOut write_light(const WriteContext& context, const Light& light, float dista
     out["extras"] = {{"sinew_intensity_everywhere", double{intensity}}};
     intensity *= distance * distance;
   }
-  out["intensity"] = double{intensity};
+  out["intensity"] = double{std::min(intensity, std::numeric_limits<float>::max())};
   if (light.range > 0.0f && light.type != LightType::directional) {
     out["range"] = double{light.range};
   }

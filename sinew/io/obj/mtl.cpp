@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "sinew/io/obj/text.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
 namespace {

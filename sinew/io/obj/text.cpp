@@ -2,15 +2,11 @@
 
 #include <fmt/format.h>
 
+#include "sinew/io/text.h"
+
 namespace sinew {
 
 constexpr size_t kMostKindsIgnored = 24;
-
-std::string printable(std::string_view word) {
-  std::string text(word.substr(0, 40));
-  for (char& c : text) c = c >= ' ' && c <= '~' ? c : '?';
-  return text;
-}
 
 tl::expected<size_t, std::string> take_numbers(ObjWords& words, std::span<float> out,
                                                size_t least) {

@@ -145,9 +145,6 @@ class ObjWords {
   const char* end_;
 };
 
-// The start of a word, fit for a message whatever the file holds.
-std::string printable(std::string_view word);
-
 // Fills `out` from the rest of the line, which must be `least` to out.size() finite numbers; gives
 // how many there are, or what is wrong.
 tl::expected<size_t, std::string> take_numbers(ObjWords& words, std::span<float> out, size_t least);

@@ -15,6 +15,7 @@
 #include "sinew/io/obj/text.h"
 #include "sinew/io/ply/header.h"
 #include "sinew/io/ply/values.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
 namespace {

@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <bit>
-#include <charconv>
-#include <cmath>
 #include <cstring>
 
 #include "sinew/io/obj/text.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
 namespace {
@@ -49,20 +48,6 @@ double load(PlyType type, const char* bytes, bool big_endian) {
   return load<double>(bytes, big_endian);
 }
 
-// Too small a number is zero, too large a one infinite.
-bool parse_number(std::string_view word, double& out) {
-  const char* const end = word.data() + word.size();
-  const auto [stop, problem] = std::from_chars(word.data() + word.starts_with('+'), end, out);
-  if (stop != end) return false;
-  if (problem == std::errc::result_out_of_range) {
-    const size_t exponent = word.find_first_of("eE");
-    const bool small = exponent != std::string_view::npos && word.substr(exponent + 1, 1) == "-";
-    out = small ? 0.0 : HUGE_VAL;
-    return true;
-  }
-  return problem == std::errc();
-}
-
 }  // namespace
 
 void PlyValues::skip_blanks() {
@@ -83,7 +68,7 @@ std::string_view PlyValues::take_word() {
 bool PlyValues::take(PlyType type, double& out) {
   if (format_ == PlyFormat::ascii) {
     const std::string_view word = take_word();
-    if (!word.empty() && parse_number(word, out)) return true;
+    if (!word.empty() && take_number(word, out) == word.size()) return true;
     wrong_ = word;
     return false;
   }

@@ -8,14 +8,9 @@
 #include "sinew/io/output_file.h"
 #include "sinew/io/ply/parse.h"
 #include "sinew/io/polygon/mesh.h"
+#include "sinew/io/text.h"
 
 namespace sinew {
-
-std::string extension_of(const std::string& path) {
-  std::string extension = std::filesystem::path(path).extension().string();
-  for (char& c : extension) c = c >= 'A' && c <= 'Z' ? static_cast<char>(c + 'a' - 'A') : c;
-  return extension;
-}
 
 Result<PolygonModel> read_polygons(const std::string& path, const LoadOptions& options) {
   SINEW_TRY(const std::string bytes, read_file(path, options.memory_limit));

@@ -11,9 +11,6 @@
 
 namespace sinew {
 
-// ".obj" of "Walk.OBJ"
-std::string extension_of(const std::string& path);
-
 // By the extension, ".ply" or else OBJ.
 Result<PolygonModel> read_polygons(const std::string& path, const LoadOptions& options);
 

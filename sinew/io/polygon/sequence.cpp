@@ -6,6 +6,7 @@
 #include <charconv>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "sinew/io/obj/material.h"
@@ -18,6 +19,8 @@ namespace sinew {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr size_t kMostWarnings = 20;
 
 struct Pattern {
   fs::path folder;
@@ -134,6 +137,15 @@ tl::unexpected<Error> too_large(const std::string& pattern) {
                "raise the memory limit or load fewer frames"});
 }
 
+// Adds what the first file's warnings do not say, once for all files.
+void add_warnings_of(const Frame& frame, const std::vector<std::string>& warnings,
+                     std::set<std::string>& known, Scene& scene) {
+  for (const std::string& warning : warnings) {
+    if (!known.insert(warning).second || known.size() > kMostWarnings) continue;
+    scene.warnings.push_back(fs::path(frame.path).filename().string() + ": " + warning);
+  }
+}
+
 // Nothing if the topology changes.
 Result<std::optional<Scene>> load_as_cache(const std::string& pattern,
                                            const std::vector<Frame>& frames,
@@ -143,9 +155,11 @@ Result<std::optional<Scene>> load_as_cache(const std::string& pattern,
   const uint64_t bytes = frames.size() * mesh.positions.size() * sizeof(vec3);
   if (bytes > options.memory_limit) return too_large(pattern);
   std::vector<vec3> keys = mesh.positions;
+  std::set<std::string> known(scene.warnings.begin(), scene.warnings.end());
   for (size_t i = 1; i < frames.size(); ++i) {
     SINEW_TRY(const PolygonModel model, read_polygons(frames[i].path, options));
     if (!same_topology(model, mesh)) return std::optional<Scene>();
+    add_warnings_of(frames[i], model.warnings, known, scene);
     keys.reserve(frames.size() * mesh.positions.size());
     keys.insert(keys.end(), model.positions.begin(), model.positions.end());
   }
@@ -182,6 +196,7 @@ Result<Scene> load_frame_by_frame(const std::string& pattern, const std::vector<
   clip.name = "sequence";
   clip.end = times.back();
   uint64_t bytes = 0;
+  std::set<std::string> known;
   for (uint32_t i = 0; i < frames.size(); ++i) {
     SINEW_TRY(const PolygonModel model, read_polygons(frames[i].path, options));
     bytes += model.bytes();
@@ -189,7 +204,12 @@ Result<Scene> load_frame_by_frame(const std::string& pattern, const std::vector<
     SINEW_TRY(const std::vector<uint32_t> part_materials, materials.of_parts(model));
     std::vector<std::string> warnings = model.warnings;
     scene.meshes.push_back(make_polygon_mesh(model, part_materials, warnings));
-    if (i == 0) scene.warnings.insert(scene.warnings.end(), warnings.begin(), warnings.end());
+    if (i == 0) {
+      scene.warnings.insert(scene.warnings.end(), warnings.begin(), warnings.end());
+      known.insert(warnings.begin(), warnings.end());
+    } else {
+      add_warnings_of(frames[i], warnings, known, scene);
+    }
     Node& node = scene.nodes.emplace_back();
     node.name = scene.meshes.back().name = fs::path(frames[i].path).stem().string();
     node.mesh = static_cast<int32_t>(i);
