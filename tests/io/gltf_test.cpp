@@ -110,7 +110,7 @@ TEST(Gltf, BuffersMustHoldWhatTheySay) {
   folder.write("a.bin", bytes.substr(0, 35));
   folder.write("inner/empty", "");
   const auto error = [&](const json& buffer) {
-    b.json["buffers"] = {buffer};
+    b.json["buffers"] = json::array({buffer});
     const Result<Scene> scene = load_gltf(folder.write("inner/a.gltf", b.json.dump()));
     return scene ? "(loaded without error)" : scene.error().message();
   };

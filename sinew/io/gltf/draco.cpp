@@ -164,7 +164,9 @@ Result<void> read_attribute(const draco::Mesh& from, const Json& primitive, Memo
         fmt::format("its Draco data have no attribute {} ({})", to.unique_id, to.name));
   }
   SINEW_CHECKED(budget.take(primitive, uint64_t{from.num_points()} * to.components, sizeof(float)));
-  if (uint32_t{attribute->num_components()} != to.components ||
+  // Draco reads stored bools as they lie there, and damaged ones are no bools.
+  if (attribute->data_type() == draco::DT_BOOL ||
+      uint32_t{attribute->num_components()} != to.components ||
       !convert(*attribute, from.num_points(), to)) {
     return primitive.error(
         fmt::format("its Draco data do not hold {} as its accessor says", to.name),

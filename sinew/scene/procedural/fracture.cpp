@@ -52,9 +52,11 @@ FlightConfig throw_piece(const Piece& piece, uint32_t index) {
   const float depth = glm::clamp(1.45f - piece.center.y, 0.0f, 1.45f);
   flight.start = kWhole + 0.16f * depth;
   const vec3 direction = normalize(away + 0.22f * random.direction());
-  flight.velocity =
-      random.uniform(1.3f, 2.9f) * direction + vec3(0.0f, random.uniform(0.8f, 2.2f), 0.0f);
-  flight.spin = random.uniform(1.0f, 9.0f) * random.direction();
+  // One draw a line: compilers differ in the order within an expression.
+  const float lift = random.uniform(0.8f, 2.2f);
+  flight.velocity = random.uniform(1.3f, 2.9f) * direction + vec3(0.0f, lift, 0.0f);
+  const vec3 axis = random.direction();
+  flight.spin = random.uniform(1.0f, 9.0f) * axis;
   flight.restitution = 0.28f;
   return flight;
 }
