@@ -13,7 +13,7 @@ class AccessorTest : public testing::Test {
  protected:
   template <class T>
   Result<std::vector<T>> read_last(Numbers numbers, uint32_t components = kAnyComponents) {
-    builder_.json["test"] = {{"it", builder_.json["accessors"].size() - 1}};
+    builder_.json["test"]["it"] = builder_.json["accessors"].size() - 1;
     MemoryBudget budget(uint64_t{1} << 30);
     SINEW_TRY(const Asset asset, open_asset("a.glb", builder_.glb(), budget));
     SINEW_TRY(const AccessorReader reader, AccessorReader::create(asset, budget, warnings_));
