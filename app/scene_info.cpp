@@ -9,6 +9,7 @@
 #include "app/frames.h"
 #include "app/help_format.h"
 #include "app/json_text.h"
+#include "sinew/scene/names.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/study.h"
 
@@ -39,18 +40,6 @@ Overview look_at_scene(const Scene& scene) {
   }
   overview.box = animation_bounds(scene, clip, clip == kRestPose ? 1 : kBoundsSamples);
   return overview;
-}
-
-const char* type_name(LightType type) {
-  switch (type) {
-    case LightType::directional:
-      return "directional";
-    case LightType::point:
-      return "point";
-    case LightType::spot:
-      return "spot";
-  }
-  return "";
 }
 
 Json to_json(vec3 v) {
@@ -98,7 +87,7 @@ std::string describe(const Camera& camera) {
 }
 
 std::string describe(const Light& light) {
-  return fmt::format("{}, intensity {:g}", type_name(light.type), light.intensity);
+  return fmt::format("{}, intensity {:g}", name_of(light.type), light.intensity);
 }
 
 Json clips_json(const Scene& scene) {
@@ -138,7 +127,7 @@ Json cameras_json(const Scene& scene) {
 Json lights_json(const Scene& scene) {
   Json lights = Json::array();
   for (const Light& light : scene.lights) {
-    lights.push_back({{"name", light.name}, {"type", type_name(light.type)}});
+    lights.push_back({{"name", light.name}, {"type", name_of(light.type)}});
   }
   return lights;
 }

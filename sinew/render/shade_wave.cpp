@@ -4,6 +4,7 @@
 // Differs: only a path that has not been mirrored yet splits, so waves cannot grow without limit.
 #include <algorithm>
 
+#include "sinew/math/color.h"
 #include "sinew/render/shade.h"
 #include "sinew/render/trace_effects.h"
 
@@ -13,10 +14,6 @@ namespace {
 constexpr uint8_t kMostLayers = 16;         // blended surfaces that a path passes
 constexpr float kLeastMirror = 0.01f;       // share of the pixel for which a mirror ray is traced
 constexpr float kLeastBehind = 1.0f / 512;  // ... for which a path goes on through a surface
-
-float largest(vec3 v) {
-  return std::max({v.x, v.y, v.z});
-}
 
 // A path that goes on from a surface.
 struct Continuation {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sinew/base/check.h"
+#include "sinew/math/color.h"
 #include "sinew/render/ray_filter.h"
 #include "sinew/render/sampling.h"
 #include "sinew/render/shade.h"
@@ -31,10 +32,6 @@ size_t until(const Deadline& deadline, size_t count, const Body& body) {
 
 bool is_lit(const Surface& surface) {
   return surface.hit && !surface.unlit;
-}
-
-float largest(vec3 v) {
-  return std::max({v.x, v.y, v.z});
 }
 
 // Finds which probes are blocked, and by how much others are dimmed on their way. Counts them.

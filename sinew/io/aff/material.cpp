@@ -14,6 +14,7 @@
 #include "sinew/io/image_ppm.h"
 #include "sinew/io/output_file.h"
 #include "sinew/io/text.h"
+#include "sinew/math/color.h"
 #include "sinew/math/srgb.h"
 
 namespace sinew::aff {
@@ -23,10 +24,6 @@ constexpr std::string_view kTextureFolder = "TextureFiles";
 constexpr float kOpaqueIor = 1.5f;        // only the product with specular_color counts
 constexpr float kLeastMirror = 0.1f;      // of Ks: below, the surface only has a highlight
 constexpr float kMirrorRoughness = 0.2f;  // the roughest that mirrors sharply (render/shade.h)
-
-float largest(vec3 color) {
-  return std::max({color.x, color.y, color.z});
-}
 
 // BART's surfaces mirror sharply whatever their highlight's exponent; for the others the inverse of
 // phong_exponent (render/shade.h).

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "sinew/io/gltf/write_node.h"
+#include "sinew/scene/names.h"
 #include "sinew/scene/sample.h"
 
 namespace sinew::gltf {
@@ -29,18 +30,6 @@ JsonOut write_camera(const Camera& camera) {
   return out;
 }
 
-const char* type_name(LightType type) {
-  switch (type) {
-    case LightType::directional:
-      return "directional";
-    case LightType::point:
-      return "point";
-    case LightType::spot:
-      return "spot";
-  }
-  return "point";
-}
-
 // For each light its distance from the middle of the scene at rest, at least a centimetre; 1 where
 // no node has it.
 std::vector<float> light_distances(const Scene& scene) {
@@ -60,7 +49,7 @@ std::vector<float> light_distances(const Scene& scene) {
 
 JsonOut write_light(const WriteContext& context, const Light& light, float distance) {
   JsonOut out = named(light.name);
-  out["type"] = type_name(light.type);
+  out["type"] = name_of(light.type);
   // glTF's colours end at 1.
   const vec3 color = glm::max(light.color, vec3(0.0f));
   const float brightest = std::max({color.x, color.y, color.z, 1.0f});

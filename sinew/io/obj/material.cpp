@@ -10,6 +10,7 @@
 #include "sinew/io/asset_folder.h"
 #include "sinew/io/image_file.h"
 #include "sinew/io/output_file.h"
+#include "sinew/math/color.h"
 
 namespace sinew {
 namespace {
@@ -20,10 +21,6 @@ constexpr uint64_t kMostLibraryBytes = uint64_t{1} << 28;
 // "Microfacet models for refraction", 2007, section 5.1); glTF's roughness is sqrt(alpha).
 float roughness_of_exponent(float exponent) {
   return std::pow(2.0f / (std::max(exponent, 0.0f) + 2.0f), 0.25f);
-}
-
-float largest(vec3 color) {
-  return std::max({color.x, color.y, color.z});
 }
 
 bool is_grey(const Image8& image) {
