@@ -294,12 +294,13 @@ class GroupTraversal {
 
   // What another thread is making is looked through for each ray.
   HWY_NOINLINE void visit_alone(const Instance& instance, RayGroup& group, uint64_t mask) {
-    each_alone(group, mask,
-               [&](Traversal<kAny>& ray, const Hit& best) { return ray.resume(instance, best); });
+    each_alone(group, mask, [&](Traversal<kAny, RaySetup>& ray, const Hit& best) {
+      return ray.resume(instance, best);
+    });
   }
   HWY_NOINLINE void resume_alone(const Instance& instance, uint32_t word, RayGroup& group,
                                  uint64_t mask) {
-    each_alone(group, mask, [&](Traversal<kAny>& ray, const Hit& best) {
+    each_alone(group, mask, [&](Traversal<kAny, RaySetup>& ray, const Hit& best) {
       return ray.resume(instance, word, best);
     });
   }
@@ -308,7 +309,7 @@ class GroupTraversal {
     for (; mask != 0; mask &= mask - 1) {
       const auto i = static_cast<uint32_t>(__builtin_ctzll(mask));
       const uint32_t index = group.ray[i];
-      Traversal<kAny> ray(scene_, options_, rays_[index], options_.first_ray + index);
+      Traversal<kAny, RaySetup> ray(scene_, options_, rays_[index], options_.first_ray + index);
       const Hit hit = trace(ray, group.hit(i));
       if (kAny && hit) group.alive &= ~(uint64_t{1} << i);
       if (!kAny) group.set_hit(i, hit);
@@ -370,7 +371,7 @@ HWY_INLINE void trace_groups(const SceneView& scene, const Ray* rays, size_t cou
           group.add(&ray.origin.x, &ray.direction.x, ray.t_min, ray.t_max, index);
         }
         const uint32_t rays_in = group.count;
-        if (!kAny) group.clear_hits();
+        group.clear_hits();
         traversal.run(group);
         for (uint32_t k = 0; k < rays_in; ++k) out(group, k);
       }
@@ -391,7 +392,8 @@ void closest_hits_grouped_kernel(const SceneView& scene, const Ray* rays, Hit* h
         hits[group.ray[i]] = hit;
       },
       [&](uint32_t ray) {
-        hits[ray] = Traversal<false>(scene, options, rays[ray], options.first_ray + ray).run();
+        hits[ray] =
+            Traversal<false, RaySetup>(scene, options, rays[ray], options.first_ray + ray).run();
       });
 }
 
@@ -402,7 +404,7 @@ void any_hits_grouped_kernel(const SceneView& scene, const Ray* rays, uint8_t* h
       [&](const RayGroup& group, uint32_t i) { hit[group.ray[i]] = !(group.alive >> i & 1); },
       [&](uint32_t ray) {
         hit[ray] = static_cast<bool>(
-            Traversal<true>(scene, options, rays[ray], options.first_ray + ray).run());
+            Traversal<true, RaySetup>(scene, options, rays[ray], options.first_ray + ray).run());
       });
 }
 

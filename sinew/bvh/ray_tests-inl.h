@@ -145,6 +145,56 @@ HWY_INLINE uint32_t test_boxes(const Node8& node, const RaySetup& ray, float t_m
   return bits;
 }
 
+// The same for tests without guarantees: Precision::fast.
+struct FastSetup {
+  alignas(16) float origin[4];
+  alignas(16) float direction[4];
+  alignas(16) float reciprocal[4];
+  alignas(16) float scaled[4];  // origin * reciprocal
+  uint32_t near[3], far[3];
+
+  FastSetup(const float* o, const float* d) {
+    const D4 d4;
+    const V4 tiny = hn::Set(d4, 1e-18f);  // so that origin * reciprocal stays finite
+    const V4 along = hn::LoadU(d4, d), from = hn::LoadU(d4, o);
+    const V4 safe = hn::IfThenElse(hn::Lt(hn::Abs(along), tiny), hn::CopySign(tiny, along), along);
+    const V4 inverse = hn::Div(hn::Set(d4, 1.0f), safe);
+    hn::Store(from, d4, origin);
+    hn::Store(along, d4, direction);
+    hn::Store(inverse, d4, reciprocal);
+    hn::Store(hn::Mul(from, inverse), d4, scaled);
+    const uint32_t negative = negative_axes(d);
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      near[axis] = axis + 3 * (negative >> axis & 1);
+      far[axis] = axis + 3 - 3 * (negative >> axis & 1);
+    }
+  }
+};
+
+HWY_INLINE uint32_t test_boxes(const Node8& node, const FastSetup& ray, float t_min, float t_max,
+                               float* HWY_RESTRICT entry) {
+  const D8 d;
+  const float(*planes)[kWidth] = node.low;
+  const auto rx = hn::Set(d, ray.reciprocal[0]), ry = hn::Set(d, ray.reciprocal[1]),
+             rz = hn::Set(d, ray.reciprocal[2]);
+  const auto sx = hn::Set(d, ray.scaled[0]), sy = hn::Set(d, ray.scaled[1]),
+             sz = hn::Set(d, ray.scaled[2]);
+  uint32_t bits = 0;
+  for (size_t i = 0; i < kWidth; i += hn::Lanes(d)) {
+    const auto nx = hn::MulSub(hn::Load(d, planes[ray.near[0]] + i), rx, sx);
+    const auto ny = hn::MulSub(hn::Load(d, planes[ray.near[1]] + i), ry, sy);
+    const auto nz = hn::MulSub(hn::Load(d, planes[ray.near[2]] + i), rz, sz);
+    const auto fx = hn::MulSub(hn::Load(d, planes[ray.far[0]] + i), rx, sx);
+    const auto fy = hn::MulSub(hn::Load(d, planes[ray.far[1]] + i), ry, sy);
+    const auto fz = hn::MulSub(hn::Load(d, planes[ray.far[2]] + i), rz, sz);
+    const auto near = hn::Max(hn::Max(nx, ny), hn::Max(nz, hn::Set(d, t_min)));
+    const auto far = hn::Min(hn::Min(fx, fy), hn::Min(fz, hn::Set(d, t_max)));
+    hn::Store(near, d, entry + i);
+    bits |= mask_bits(d, hn::Le(near, far)) << i;
+  }
+  return bits;
+}
+
 struct PacketHits {
   uint32_t bits;                       // lanes whose triangle is met within [t_min, t_max]
   alignas(16) float t[4], v[4], w[4];  // distance; weights of the second and third corner
@@ -212,6 +262,54 @@ HWY_INLINE void test_packet(const TrianglePacket& packet, const Setup& ray, floa
   hn::Store(t, d, out.t);
   hn::Store(hn::Div(e[1], det), d, out.v);
   hn::Store(hn::Div(e[2], det), d, out.w);
+}
+
+// Three components of four vectors.
+struct Rows3 {
+  V4 x, y, z;
+};
+HWY_INLINE Rows3 minus(const Rows3& a, const Rows3& b) {
+  return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
+}
+HWY_INLINE Rows3 cross(const Rows3& a, const Rows3& b) {
+  return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
+          hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
+}
+HWY_INLINE V4 dot(const Rows3& a, const Rows3& b) {
+  return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
+}
+
+// T. Moller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997.
+// Differs: divides only if a lane is hit.
+HWY_INLINE void test_packet(const TrianglePacket& packet, const FastSetup& ray, float t_min,
+                            float t_max, float side, PacketHits& out) {
+  const D4 d;
+  const auto corner = [&](int i) {
+    return Rows3{hn::Load(d, packet.v[i][0]), hn::Load(d, packet.v[i][1]),
+                 hn::Load(d, packet.v[i][2])};
+  };
+  const auto spread = [&](const float* p) {
+    return Rows3{hn::Set(d, p[0]), hn::Set(d, p[1]), hn::Set(d, p[2])};
+  };
+  const Rows3 v0 = corner(0), along = spread(ray.direction);
+  const Rows3 a = minus(corner(1), v0), b = minus(corner(2), v0);
+  const Rows3 p = cross(along, b), from = minus(spread(ray.origin), v0), q = cross(from, a);
+  const V4 det = dot(a, p), zero = hn::Zero(d);
+  const V4 size = hn::Abs(det);
+  const V4 sign = hn::AndNot(size, det);  // its sign bit
+  const V4 u = hn::Xor(dot(from, p), sign), v = hn::Xor(dot(along, q), sign);
+  auto hit = hn::And(hn::Ge(hn::Min(u, v), zero), hn::Le(hn::Add(u, v), size));
+  hit = hn::And(hit, hn::Gt(size, zero));
+  out.bits = 0;
+  if (hn::AllFalse(d, hit)) return;
+  const V4 t = hn::Div(dot(b, q), det);
+  hit = hn::And(hit, hn::And(hn::Ge(t, hn::Set(d, t_min)), hn::Le(t, hn::Set(d, t_max))));
+  hit = hn::And(hit, hn::Ge(hn::Mul(det, hn::Set(d, side)), zero));
+  out.bits = mask_bits(d, hit);
+  if (out.bits == 0) return;
+  hn::Store(t, d, out.t);
+  hn::Store(hn::Div(u, size), d, out.v);
+  hn::Store(hn::Div(v, size), d, out.w);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -131,7 +131,7 @@ HWY_INLINE float side_of(const Instance& instance, const QueryOptions& options) 
 }
 
 // One ray of a query. kAny stops at the first accepted hit.
-template <bool kAny, class Counter = CountNothing>
+template <bool kAny, class Setup, class Counter = CountNothing>
 class Traversal {
  public:
   Traversal(const SceneView& scene, const QueryOptions& options, const Ray& ray, uint32_t index,
@@ -142,7 +142,7 @@ class Traversal {
 
   Hit run() {
     if (!is_traceable(ray_)) return Hit();
-    const RaySetup setup(&ray_.origin.x, &ray_.direction.x);
+    const Setup setup(&ray_.origin.x, &ray_.direction.x);
     if (scene_.top == nullptr) {
       if (scene_.instance_count > 0) visit_instance(scene_.instances[0], setup, stack_);
     } else {
@@ -157,7 +157,7 @@ class Traversal {
   // Visits one instance, with what was found before.
   Hit resume(const Instance& instance, const Hit& best) {
     best_ = best;
-    visit_instance(instance, RaySetup(&ray_.origin.x, &ray_.direction.x), stack_);
+    visit_instance(instance, Setup(&ray_.origin.x, &ray_.direction.x), stack_);
     return best_;
   }
 
@@ -165,8 +165,8 @@ class Traversal {
   Hit resume(const Instance& instance, uint32_t word, const Hit& best) {
     best_ = best;
     choose_side(instance);
-    with_setup(instance, RaySetup(&ray_.origin.x, &ray_.direction.x),
-               [&](const RaySetup& setup) { return descend_body(instance, word, setup, stack_); });
+    with_setup(instance, Setup(&ray_.origin.x, &ray_.direction.x),
+               [&](const Setup& setup) { return descend_body(instance, word, setup, stack_); });
     return best_;
   }
 
@@ -177,7 +177,7 @@ class Traversal {
   // part of the stack) for leaves; stops when it returns true.
   template <class Leaf>
   HWY_INLINE bool descend(const Node8* nodes, const TrianglePacket* packets, uint32_t root,
-                          const RaySetup& setup, StackEntry* const base, const Leaf& leaf) {
+                          const Setup& setup, StackEntry* const base, const Leaf& leaf) {
     StackEntry* top = base;
     uint32_t word = root;
     alignas(64) float entry[kWidth];
@@ -209,10 +209,10 @@ class Traversal {
   bool is_too_far(AnyEntry) const { return false; }
   bool is_too_far(ClosestEntry e) const { return entry_distance(e) > best_.t * kRobust; }
 
-  bool visit_instance(const Instance& instance, const RaySetup& world, StackEntry* base) {
+  bool visit_instance(const Instance& instance, const Setup& world, StackEntry* base) {
     if ((instance.mask & options_.mask) == 0) return false;
     choose_side(instance);
-    return with_setup(instance, world, [&](const RaySetup& setup) {
+    return with_setup(instance, world, [&](const Setup& setup) {
       uint32_t root = instance.root;
       if (instance.body != nullptr) {
         VisitedBody& body = *instance.body;
@@ -225,16 +225,16 @@ class Traversal {
 
   // Calls with(setup of the ray in the instance's space).
   template <class With>
-  HWY_INLINE bool with_setup(const Instance& instance, const RaySetup& world, const With& with) {
+  HWY_INLINE bool with_setup(const Instance& instance, const Setup& world, const With& with) {
     if (instance.in_place) return with(world);
     const vec4 origin(transform_point(instance.to_object, ray_.origin), 0.0f);
     const vec4 direction(transform_vector(instance.to_object, ray_.direction), 0.0f);
-    return with(RaySetup(&origin.x, &direction.x));
+    return with(Setup(&origin.x, &direction.x));
   }
 
   void choose_side(const Instance& instance) { side_ = side_of(instance, options_); }
 
-  HWY_NOINLINE bool descend_body(const Instance& instance, uint32_t root, const RaySetup& setup,
+  HWY_NOINLINE bool descend_body(const Instance& instance, uint32_t root, const Setup& setup,
                                  StackEntry* base) {
     return descend(
         instance.nodes, instance.packets, root, setup, base, [&](uint32_t word, StackEntry* free) {
@@ -243,7 +243,7 @@ class Traversal {
         });
   }
 
-  HWY_INLINE bool visit_leaf(const Instance& instance, uint32_t word, const RaySetup& setup) {
+  HWY_INLINE bool visit_leaf(const Instance& instance, uint32_t word, const Setup& setup) {
     const uint32_t first = leaf_first(word), end = first + leaf_packets(word);
     for (uint32_t p = first; p != end; ++p) {
       if (visit_packet(instance, instance.packets[p], p, setup)) return true;
@@ -251,7 +251,7 @@ class Traversal {
     return false;
   }
 
-  HWY_NOINLINE bool visit_treelet(const Instance& instance, uint32_t treelet, const RaySetup& setup,
+  HWY_NOINLINE bool visit_treelet(const Instance& instance, uint32_t treelet, const Setup& setup,
                                   StackEntry* base) {
     VisitedBody& body = *instance.body;
     uint32_t word = std::atomic_ref(body.bvh->links[treelet]).load(std::memory_order_acquire);
@@ -265,7 +265,7 @@ class Traversal {
   }
 
   // Another thread makes the upper tree: all treelets, one after another.
-  HWY_NOINLINE bool look_through_body(const Instance& instance, const RaySetup& setup) {
+  HWY_NOINLINE bool look_through_body(const Instance& instance, const Setup& setup) {
     Node8 node = empty_node();
     alignas(64) float entry[kWidth];
     for (uint32_t t = 0; t < instance.body->layout->treelets.size(); ++t) {
@@ -278,7 +278,7 @@ class Traversal {
 
   // Another thread makes the treelet: all its packets, from a copy.
   HWY_NOINLINE bool look_through_treelet(const Instance& instance, uint32_t treelet,
-                                         const RaySetup& setup) {
+                                         const Setup& setup) {
     TreeletPackets packets;
     look_at_packets(*instance.body, treelet, packets);
     const Treelet& t = instance.body->layout->treelets[treelet];
@@ -289,7 +289,7 @@ class Traversal {
   }
 
   HWY_INLINE bool visit_packet(const Instance& instance, const TrianglePacket& packet,
-                               uint32_t index, const RaySetup& setup) {
+                               uint32_t index, const Setup& setup) {
     PacketHits hits;
     counter_.packet();
     __builtin_prefetch(&instance.primitives[index]);

@@ -56,10 +56,17 @@ enum class Grouping : uint8_t {
   none,       // each for itself
 };
 
+// How carefully rays that go alone are tested. Rays in groups are always watertight.
+enum class Precision : uint8_t {
+  watertight,  // no ray slips through between triangles that share an edge
+  fast,        // rays that meet an edge, or a box's side, within rounding may miss
+};
+
 struct QueryOptions {
   uint32_t mask = 0xffffffffu;
   Facing facing = Facing::any;
   Grouping grouping = Grouping::automatic;
+  Precision precision = Precision::watertight;
   HitFilter filter = {};
   uint32_t first_ray = 0;  // what the filter is told for rays[0]
 };

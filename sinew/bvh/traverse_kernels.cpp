@@ -15,32 +15,46 @@ HWY_BEFORE_NAMESPACE();
 namespace sinew {
 namespace HWY_NAMESPACE {
 
+template <class Setup>
+void closest_hits_of(const SceneView& scene, const Ray* rays, Hit* hits, size_t count,
+                     const QueryOptions& options) {
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t index = options.first_ray + static_cast<uint32_t>(i);
+    hits[i] = Traversal<false, Setup>(scene, options, rays[i], index).run();
+  }
+}
+
+template <class Setup>
+void any_hits_of(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
+                 const QueryOptions& options) {
+  for (size_t i = 0; i < count; ++i) {
+    const uint32_t index = options.first_ray + static_cast<uint32_t>(i);
+    hit[i] = static_cast<bool>(Traversal<true, Setup>(scene, options, rays[i], index).run());
+  }
+}
+
 void closest_hits_kernel(const SceneView& scene, const Ray* rays, Hit* hits, size_t count,
                          const QueryOptions& options) {
-  for (size_t i = 0; i < count; ++i) {
-    hits[i] =
-        Traversal<false>(scene, options, rays[i], options.first_ray + static_cast<uint32_t>(i))
-            .run();
-  }
+  const bool fast = options.precision == Precision::fast;
+  const auto trace = fast ? closest_hits_of<FastSetup> : closest_hits_of<RaySetup>;
+  trace(scene, rays, hits, count, options);
+}
+
+void any_hits_kernel(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
+                     const QueryOptions& options) {
+  const bool fast = options.precision == Precision::fast;
+  const auto trace = fast ? any_hits_of<FastSetup> : any_hits_of<RaySetup>;
+  trace(scene, rays, hit, count, options);
 }
 
 void count_closest_hits_kernel(const SceneView& scene, const Ray* rays, Hit* hits,
                                TraversalCounts* counts, size_t count, const QueryOptions& options) {
   for (size_t i = 0; i < count; ++i) {
     counts[i] = {};
-    hits[i] = Traversal<false, CountSteps>(scene, options, rays[i],
-                                           options.first_ray + static_cast<uint32_t>(i),
-                                           CountSteps{counts[i]})
+    const uint32_t index = options.first_ray + static_cast<uint32_t>(i);
+    hits[i] = Traversal<false, RaySetup, CountSteps>(scene, options, rays[i], index,
+                                                     CountSteps{counts[i]})
                   .run();
-  }
-}
-
-void any_hits_kernel(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
-                     const QueryOptions& options) {
-  for (size_t i = 0; i < count; ++i) {
-    hit[i] = static_cast<bool>(
-        Traversal<true>(scene, options, rays[i], options.first_ray + static_cast<uint32_t>(i))
-            .run());
   }
 }
 
