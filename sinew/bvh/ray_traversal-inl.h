@@ -311,7 +311,7 @@ class Traversal {
 
   const SceneView& scene_;
   const QueryOptions& options_;
-  const Ray ray_;
+  const Ray& ray_;
   const uint32_t index_;
   [[no_unique_address]] Counter counter_;
   Hit best_;
