@@ -15,7 +15,7 @@
 namespace sinew {
 
 struct BuildConfig {
-  float traversal_cost = 1.0f;     // of a node, relative to intersection_cost
+  float traversal_cost = 2.0f;     // of a node, relative to intersection_cost
   float intersection_cost = 1.0f;  // of one block of `leaf_block` primitives
   uint32_t leaf_block = 4;         // primitives tested together; leaf cost is ceil(n / leaf_block)
   uint32_t max_leaf = 8;           // primitives in a leaf, at most; 1: one primitive a leaf
