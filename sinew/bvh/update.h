@@ -28,7 +28,7 @@ bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8
 bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out);
 
 // The same from boxes that the caller knows: box_of(first, boxes) fills in those of the treelets
-// [first, first + boxes.size()). Called from several threads if `parallel`.
+// [first, first + boxes.size()).
 class TreeletBoxes {
  public:
   template <class F>
@@ -42,9 +42,10 @@ class TreeletBoxes {
   const void* context_;
   void (*call_)(const void*, uint32_t, std::span<Box>);
 };
-void update_upper(const Bvh8Layout& layout, TreeletBoxes boxes, bool parallel, Bvh8& out);
+enum class Threads : uint8_t { one, all };
+void update_upper(const Bvh8Layout& layout, TreeletBoxes boxes, Threads threads, Bvh8& out);
 
-// Gives `out` the size that the layout needs, and lets no treelet count as made.
+// Gives `out` the size that the layout needs, for treelets that hang by links.
 void reserve(const Bvh8Layout& layout, Bvh8& out);
 
 }  // namespace sinew
