@@ -1,6 +1,7 @@
 // Splits ranges of boxes top-down, with the binned SAH over box centres, until a node has eight.
-// Based on: I. Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007. Differs:
-// eight-wide at once (the range whose split gains most is next), serial, and without allocations.
+// Based on: I. Wald, "On fast Construction of SAH-based Bounding Volume Hierarchies", 2007.
+// Differs: eight-wide at once (the range whose split gains most is next), serial, and without
+// allocations.
 #include "sinew/bvh/top.h"
 
 #include <algorithm>
@@ -103,9 +104,8 @@ class TopBuilder {
     const Plane plane = best_plane(range, centers);
     if (plane.axis < 0) return middle;
     const auto split_at = std::partition(
-        scratch_.order.begin() + range.begin, scratch_.order.begin() + range.end, [&](uint32_t i) {
-          return bin_of(scratch_.centers[i], centers, plane.axis) < plane.bin;
-        });
+        scratch_.order.begin() + range.begin, scratch_.order.begin() + range.end,
+        [&](uint32_t i) { return bin_of(scratch_.centers[i], centers, plane.axis) < plane.bin; });
     const auto at = static_cast<uint32_t>(split_at - scratch_.order.begin());
     return at == range.begin || at == range.end ? middle : at;
   }

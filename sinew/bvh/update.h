@@ -5,7 +5,9 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string_view>
 
 #include "sinew/bvh/wide.h"
 
@@ -18,7 +20,8 @@ namespace sinew {
 //              whose vertices are given by the caller are updated as by `hybrid`
 //   automatic  one of these for each body, by what rays reached in the last frames
 enum class UpdateMode : uint8_t { automatic, full, hybrid, lazy };
-const char* name_of(UpdateMode mode);
+const char* name_of(UpdateMode mode);  // auto, full, hybrid, lazy
+std::optional<UpdateMode> update_mode_named(std::string_view name);
 
 // Mode `full`. Allocates only the first time (or when the layout changed). Returns whether all
 // vertices of triangles are finite; if not, triangles with a vertex that is not are never hit.

@@ -13,6 +13,7 @@ namespace sinew {
 namespace {
 
 constexpr uint32_t kTreeletsPerTask = 64;
+constexpr const char* kModeNames[] = {"auto", "full", "hybrid", "lazy"};
 
 bool fits(const Bvh8Layout& layout, const Bvh8& bvh) {
   return bvh.nodes.size() == layout.children.size() &&
@@ -72,8 +73,14 @@ UpdateJob job_of(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8
 }  // namespace
 
 const char* name_of(UpdateMode mode) {
-  constexpr const char* kNames[] = {"auto", "full", "hybrid", "lazy"};
-  return kNames[static_cast<int>(mode)];
+  return kModeNames[static_cast<int>(mode)];
+}
+
+std::optional<UpdateMode> update_mode_named(std::string_view name) {
+  for (int mode = 0; mode < 4; ++mode) {
+    if (name == kModeNames[mode]) return static_cast<UpdateMode>(mode);
+  }
+  return std::nullopt;
 }
 
 void reserve(const Bvh8Layout& layout, Bvh8& out) {

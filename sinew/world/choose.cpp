@@ -33,8 +33,7 @@ UpdateMode World::Impl::choose(ObjectId id, const PosedObject& last, uint64_t ra
     return choice.mode;
   }
   const auto treelets = static_cast<float>(body.layout.treelets.size());
-  choice.reached =
-      static_cast<float>(last.visited.made.load(std::memory_order_relaxed)) / treelets;
+  choice.reached = static_cast<float>(last.visited.made.load(std::memory_order_relaxed)) / treelets;
   const bool was_full = object.frames == 1 && choice.mode != UpdateMode::full;
   const bool full = choice.reached > (was_full ? kPartlyReached : kMostlyReached);
   choice.mode = full ? UpdateMode::full : thrifty;

@@ -16,7 +16,8 @@ constexpr size_t kEagerTreelets = 4096;
 
 template <class T>
 bool same_values(std::span<const T> a, std::span<const T> b) {
-  return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
 }
 
 // Whether the pose gives the vertices that are there already.
@@ -89,7 +90,8 @@ void World::Impl::update_shape(const Body& body, PosedObject& posed) {
     posed.local_box = derive_body_bounds(body.clusters, body.motion, posed.pose);
     posed.finite = posed.local_box.empty() || is_finite(posed.local_box);
     const bool eager = body.layout.treelets.size() > kEagerTreelets;
-    if (posed.finite && (eager || top_tree == TopTree::treelets)) visit_upper(visited, Threads::all);
+    if (posed.finite && (eager || top_tree == TopTree::treelets))
+      visit_upper(visited, Threads::all);
     return;
   }
   if (posed.positions.empty()) all_positions(body.motion, posed.pose, posed.positions);

@@ -64,13 +64,14 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
     auto found = bodies.find(key);
     if (found == bodies.end()) {
       SINEW_TRY(const BodyId body,
-                world.add_body({mesh.triangles, motion_of(mesh, object.skin >= 0),
-                                pose.objects[i], options.build}));
+                world.add_body({mesh.triangles, motion_of(mesh, object.skin >= 0), pose.objects[i],
+                                options.build}));
       found = bodies.emplace(key, body).first;
     }
     SINEW_CHECKED(world.add_object(found->second, describe(scene, mesh)));
   }
   w.mode = options.update;
+  w.top_tree = options.top_tree;
   SINEW_CHECKED(world.set_time(start));
   return world;
 }

@@ -69,8 +69,8 @@ void World::closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
   const SceneView view = view_of(impl_->now());
   for_each_chunk(impl_->now(), rays.size(), options,
                  [&](size_t first, size_t count, const QueryOptions& part) {
-                   sinew::closest_hits(view, rays.subspan(first, count),
-                                       hits.subspan(first, count), part);
+                   sinew::closest_hits(view, rays.subspan(first, count), hits.subspan(first, count),
+                                       part);
                  });
 }
 

@@ -198,8 +198,7 @@ std::string World::validate() const {
     if (instance.body != nullptr && !is_ready(*instance.body)) continue;
     std::vector<vec3> at(vertex_count(body.motion));
     positions(id, at);
-    const std::string problem =
-        sinew::validate(body.layout, impl_->bvh_of(id), at, body.triangles);
+    const std::string problem = sinew::validate(body.layout, impl_->bvh_of(id), at, body.triangles);
     if (!problem.empty()) return "object " + std::to_string(id) + ": " + problem;
   }
   return {};

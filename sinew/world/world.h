@@ -99,7 +99,8 @@ class World {
   void stage();
   void flip();
 
-  // For worlds made by prepare(): samples the clip and commits, or stages. The world keeps the pose.
+  // For worlds made by prepare(): samples the clip and commits, or stages. The world keeps the
+  // pose.
   Result<void> set_time(double seconds);
   Result<void> stage_time(double seconds);
   const ScenePose& pose() const;
@@ -129,8 +130,8 @@ class World {
   vec3 position(ObjectId object, uint32_t vertex) const;
   std::array<vec3, 3> triangle(ObjectId object, uint32_t primitive) const;
 
-  Affine placement(ObjectId object) const;                 // object -> world
-  bool mirrored(ObjectId object) const;  // its placement turns triangles inside out
+  Affine placement(ObjectId object) const;  // object -> world
+  bool mirrored(ObjectId object) const;     // its placement turns triangles inside out
   UpdateStats stats() const;
   UpdateChoice choice(ObjectId object) const;
   std::string validate() const;  // empty text if every invariant holds
@@ -142,9 +143,10 @@ class World {
 };
 
 struct PrepareOptions {
-  std::string clip;  // name or index; empty: the first clip if there is one; "rest": none
+  std::string clip{};  // name or index; empty: the first clip if there is one; "rest": none
   BuildConfig build{};
   UpdateMode update = UpdateMode::automatic;
+  TopTree top_tree = TopTree::objects;
 };
 
 // Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.

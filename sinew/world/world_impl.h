@@ -75,8 +75,8 @@ struct WorldFrame {
   ScenePose pose;  // of prepared worlds
   UpdateStats stats;
   std::vector<ObjectId> moved;
-  mutable std::atomic<uint64_t> rays = 0;   // of spans, traced since the commit
-  mutable std::atomic<int> queries = 0;     // running now; counted in debug builds only
+  mutable std::atomic<uint64_t> rays = 0;  // of spans, traced since the commit
+  mutable std::atomic<int> queries = 0;    // running now; counted in debug builds only
 };
 
 struct World::Impl {
