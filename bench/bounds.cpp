@@ -106,7 +106,8 @@ void time_body(const Body& body, const Pose& pose, uint32_t repeats, std::span<B
         positions(body.motion, pose, list, std::span(moved).first(list.size()));
       }
     }));
-    derive.push_back(milliseconds([&] { derive_bounds(body.bounds, body.motion, pose, 0, boxes); }));
+    derive.push_back(
+        milliseconds([&] { derive_bounds(body.bounds, body.motion, pose, 0, boxes); }));
     whole.push_back(
         milliseconds([&] { sink.extend(derive_body_bounds(body.bounds, body.motion, pose)); }));
   }

@@ -110,9 +110,8 @@ void fit_parts(const FitSource& source, std::span<uint32_t> vertices, uint32_t p
   const vec3 extent = box.extent();
   const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
   const size_t half = vertices.size() / 2;
-  std::ranges::nth_element(vertices, vertices.begin() + half, {}, [&](uint32_t v) {
-    return std::pair(source.rest[v][axis], v);
-  });
+  std::ranges::nth_element(vertices, vertices.begin() + half, {},
+                           [&](uint32_t v) { return std::pair(source.rest[v][axis], v); });
   fit_parts(source, vertices.first(half), parts / 2, out);
   fit_parts(source, vertices.subspan(half), parts / 2, out);
 }

@@ -1,7 +1,8 @@
-// Clusters: parts of a body whose boxes follow from a pose alone, without a visit to their vertices.
-// Positions are linear in what a pose gives (joint matrices, morph weights). So each cluster's
-// contribution to every joint and target is fitted, once, by an affine map of three latent
-// coordinates s in [-1, 1]^3 with the rest as an interval; in a pose these maps add up to one,
+// Clusters: parts of a body whose boxes follow from a pose alone, without a visit to their
+// vertices. Positions are linear in what a pose gives (joint matrices, morph weights). So each
+// cluster's contribution to every joint and target is fitted, once, by an affine map of three
+// latent coordinates s in [-1, 1]^3 with the rest as an interval; in a pose these maps add up to
+// one,
 //   position = h0 + h1 s1 + h2 s2 + h3 s3 +- residual,
 // and the box is read off the supports of the cluster's hull in s: first-order affine arithmetic
 // (J. Stolfi, L. de Figueiredo, "Self-Validated Numerical Methods and Applications", 1997, section
@@ -45,11 +46,15 @@ struct JointFit {
 static_assert(sizeof(JointFit) == 44);
 
 // What one morph target does to a piece: delta = column[0] + column[1] s1 + ... +- residual. Each
-// column is x, y, z and one more entry: the residual's x, y, z, then the target's index.
+// column is x, y, z and one more entry: the residual's x, y, z, then 0.
 struct TargetFit {
   Bfloat16 column[4][4];
+  uint16_t target = 0;
 };
-static_assert(sizeof(TargetFit) == 32);
+static_assert(sizeof(TargetFit) == 34);
+
+inline constexpr uint32_t kSupports = 44;
+inline constexpr float kSupportUnit = 1.0f / 85.0f;  // the farthest possible is 3
 
 // Vertices that share one fit: a cluster has one piece, or a few of like weights.
 // Rest position = center + axes[0] s1 + axes[1] s2 + axes[2] s3.
@@ -63,12 +68,12 @@ struct ClusterPiece {
   uint16_t joints = 0;           // JointFits
   uint16_t targets = 0;          // TargetFits
   uint16_t reference_joint = 0;  // whose share is 1 - the others'; kNoJoint: not skinned
-  // How far the hull reaches along (0, +-1, +-1), (+-1, 0, +-1), (+-1, +-1, 0), in units of 1/127,
-  // then along (+-1, +-1, +-1), in units of 1/85; + before -, the first coordinate fastest. Along
-  // the axes it is 1.
-  uint8_t support[20] = {};
+  // How far the hull reaches, in units of kSupportUnit, along (0, +-1, +-1), (+-1, 0, +-1),
+  // (+-1, +-1, 0); (+-1, +-1, +-1); (0, +-2, +-1), (+-2, 0, +-1), (+-2, +-1, 0); (0, +-1, +-2),
+  // (+-1, 0, +-2), (+-1, +-2, 0); + before -, the first coordinate fastest. Along the axes it is 1.
+  uint8_t support[kSupports] = {};
 };
-static_assert(sizeof(ClusterPiece) == 88);
+static_assert(sizeof(ClusterPiece) == 112);
 
 inline constexpr uint16_t kNoJoint = 0xffff;
 

@@ -9,7 +9,8 @@ namespace sinew {
 namespace {
 
 using Int4 = int32_t __attribute__((vector_size(16)));
-using Ushort4 = uint16_t __attribute__((vector_size(8)));
+using Ushort8 = uint16_t __attribute__((vector_size(16)));
+using Byte16 = uint8_t __attribute__((vector_size(16)));
 
 // So small that only underflow needs it.
 constexpr float kLeastPad = 1e-37f;
@@ -37,11 +38,36 @@ Float4 load3(const vec3& v) {
   return Float4{v.x, v.y, v.z, 0.0f};
 }
 
-// Four consecutive values.
-Float4 decode(const Bfloat16* values) {
-  Ushort4 bits;
+// Eight consecutive values.
+struct Decoded {
+  Float4 low, high;
+};
+Decoded decode8(const Bfloat16* values) {
+  Ushort8 bits;
   std::memcpy(&bits, values, sizeof bits);
-  return Float4(__builtin_convertvector(bits, Int4) << 16);
+  constexpr Ushort8 kZero{};
+  return {Float4(__builtin_shufflevector(kZero, bits, 0, 8, 1, 9, 2, 10, 3, 11)),
+          Float4(__builtin_shufflevector(kZero, bits, 4, 12, 5, 13, 6, 14, 7, 15))};
+}
+Float4 decode4(const Bfloat16* values) {
+  Ushort8 bits{};
+  std::memcpy(&bits, values, 4 * sizeof *values);
+  return Float4(__builtin_shufflevector(Ushort8{}, bits, 0, 8, 1, 9, 2, 10, 3, 11));
+}
+
+// In each lane the byte table[index], 0 where bit 7 of the index is set; else it is 0 to 15.
+Int4 look_up(const uint8_t* table, Int4 index) {
+  Byte16 bytes;
+  std::memcpy(&bytes, table, sizeof bytes);
+#ifdef __SSSE3__
+  using Char16 = char __attribute__((vector_size(16)));
+  constexpr int kNone = static_cast<int>(0x80808000u);
+  return Int4(__builtin_ia32_pshufb128(Char16(bytes), Char16(index | kNone)));
+#else
+  Int4 out;
+  for (int lane = 0; lane < 4; ++lane) out[lane] = index[lane] & 128 ? 0 : bytes[index[lane]];
+  return out;
+#endif
 }
 
 // A map (1, s1, s2, s3) -> space: column 0 is where s = 0 goes.
@@ -68,34 +94,36 @@ Columns absolute(const Columns& m) {
 }
 
 // How far the hull reaches along the row (x[lane], y[lane], z[lane]) in each lane, and along its
-// opposite. A direction whose magnitudes are a >= b >= c is (a - b) axis + (b - c) edge + c corner,
-// all three nearest to it; supports are convex, so their sum is an upper bound.
+// opposite. Let its magnitudes be a >= b >= c. The direction is a sum of the three stored ones
+// nearest to it, with factors that are not negative: of `axis` and `edge` only one counts. Supports
+// are convex, so the same sum of stored reaches is an upper bound.
 struct Support {
   Float4 forth, back;
 };
-Support support(const uint8_t (&table)[20], Float4 x, Float4 y, Float4 z) {
-  constexpr float kEdgeUnit = 1.0f / 127.0f, kCornerUnit = 1.0f / 85.0f;
+Support support(const uint8_t (&table)[kSupports], Float4 x, Float4 y, Float4 z) {
   const Float4 ax = absolute(x), ay = absolute(y), az = absolute(z);
   const Float4 low = smaller(ax, ay), high = larger(ax, ay);
   const Float4 a = larger(high, az), b = larger(low, smaller(high, az)), c = smaller(low, az);
+  const Float4 bend = (a - b) - (b - c);
+  const Float4 axis = larger(bend, Float4{}), edge = larger(-bend, Float4{}) * kSupportUnit;
+  const Float4 slant = smaller(a - b, b - c) * kSupportUnit, corner = c * kSupportUnit;
+
   const Int4 nx = Int4(Int4(x) < 0) & 1, ny = Int4(Int4(y) < 0) & 1, nz = Int4(Int4(z) < 0) & 1;
-  const Int4 without_x = nz * 2 + ny, without_y = nz * 2 + nx + 4, without_z = ny * 2 + nx + 8;
-  const Int4 edge = az <= low ? without_z : (ax <= ay ? without_x : without_y);
-  const Int4 corner = nz * 4 + ny * 2 + nx;
-  Int4 edge_forth, edge_back, corner_forth, corner_back;
-  for (int lane = 0; lane < 3; ++lane) {
-    edge_forth[lane] = table[edge[lane]];
-    edge_back[lane] = table[edge[lane] ^ 3];
-    corner_forth[lane] = table[12 + corner[lane]];
-    corner_back[lane] = table[12 + (corner[lane] ^ 7)];
-  }
-  edge_forth[3] = edge_back[3] = corner_forth[3] = corner_back[3] = 0;
-  const Float4 axis_part = a - b, edge_part = (b - c) * kEdgeUnit, corner_part = c * kCornerUnit;
-  const auto value = [&](Int4 at_edge, Int4 at_corner) {
-    return axis_part + edge_part * __builtin_convertvector(at_edge, Float4) +
-           corner_part * __builtin_convertvector(at_corner, Float4);
+  const Int4 no_x = nz * 2 + ny, no_y = nz * 2 + nx + 4, no_z = ny * 2 + nx + 8;
+  const Int4 at = az <= low ? no_z : (ax <= ay ? no_x : no_y);
+  const Int4 second_longer = az <= low ? ay > ax : (ax <= ay ? az > ay : az > ax);
+  const Int4 corner_at = nz * 4 + ny * 2 + nx;
+  const auto value = [&](Int4 flip_two, Int4 flip_three) {
+    const Int4 place = at ^ flip_two;
+    const Int4 edges = look_up(table, place);
+    const Int4 corners = look_up(table + 12, corner_at ^ flip_three);
+    const Int4 slants = look_up(table + 20, place | (second_longer & 128)) |
+                        look_up(table + 28, (place + 4) | (~second_longer & 128));
+    return axis + edge * __builtin_convertvector(edges, Float4) +
+           slant * __builtin_convertvector(slants, Float4) +
+           corner * __builtin_convertvector(corners, Float4);
   };
-  return {value(edge_forth, corner_forth), value(edge_back, corner_back)};
+  return {value(Int4{}, Int4{}), value(Int4{} + 3, Int4{} + 7)};
 }
 
 // The piece before its skin: p = map(s) +- residual, |p| <= reach.
@@ -110,16 +138,17 @@ Morphed add_targets(const ClusterPiece& piece, const ClusterBounds& bounds, cons
   Morphed out;
   const TargetFit* const begin = bounds.targets.data() + piece.first_target;
   for (const TargetFit* fit = begin; fit < begin + piece.targets; ++fit) {
-    const float weight = pose.weights[fit->column[3][3]];
+    const float weight = pose.weights[fit->target];
     if (weight == 0.0f) continue;
     out.any = true;
-    Float4 column[4], reach{};
-    for (int k = 0; k < 4; ++k) {
-      column[k] = decode(fit->column[k]);
-      out.delta.column[k] += weight * column[k];
-      reach += absolute(column[k]);
-    }
-    const Float4 residual{column[0][3], column[1][3], column[2][3], 0.0f};
+    const Decoded front = decode8(fit->column[0]), back = decode8(fit->column[2]);
+    out.delta.column[0] += weight * front.low;
+    out.delta.column[1] += weight * front.high;
+    out.delta.column[2] += weight * back.low;
+    out.delta.column[3] += weight * back.high;
+    const Float4 reach =
+        absolute(front.low) + absolute(front.high) + absolute(back.low) + absolute(back.high);
+    const Float4 residual{front.low[3], front.high[3], back.low[3], 0.0f};
     const Float4 magnitude = absolute(splat(weight));
     out.residual += magnitude * residual;
     out.delta_reach += magnitude * (reach + residual);
@@ -152,13 +181,13 @@ Posed rest_in_space(const ClusterPiece& piece, const Morphed& morphed) {
 // Adds one more joint's share: its map against the reference joint's, times its fitted products.
 void add_joint(const JointFit& fit, const Columns& difference, const Morphed& morphed, Posed& out) {
   const Columns size = absolute(difference);
-  Float4 row[4];
-  for (int r = 0; r < 4; ++r) row[r] = decode(fit.affine[r]);
+  const Decoded front = decode8(fit.affine[0]), back = decode8(fit.affine[2]);
+  const Float4 row[4] = {front.low, front.high, back.low, back.high};
   for (int k = 0; k < 4; ++k) {
     out.map.column[k] += difference.x * row[0][k] + difference.y * row[1][k] +
                          difference.z * row[2][k] + difference.t * row[3][k];
   }
-  const Float4 residual = decode(fit.residual);
+  const Float4 residual = decode4(fit.residual);
   out.residual += linear(size, residual) + size.t * residual[3];
   if (!morphed.any) return;
   // The weight is row[3] over s: its value at s = 0, give or take the spread.
@@ -188,8 +217,7 @@ Posed skinned(const ClusterPiece& piece, const Morphed& morphed, const Posed& re
   for (const JointFit* fit = begin; fit < begin + piece.joints; ++fit) {
     Columns joint = load_columns(pose.joints[fit->joint]);
     const Columns joint_size = absolute(joint);
-    out.magnitude =
-        larger_or_nan(linear(joint_size, rest.magnitude) + joint_size.t, out.magnitude);
+    out.magnitude = larger_or_nan(linear(joint_size, rest.magnitude) + joint_size.t, out.magnitude);
     joint.t += linear(joint, center);
     const Columns difference{joint.x - reference.x, joint.y - reference.y, joint.z - reference.z,
                              joint.t - reference.t};

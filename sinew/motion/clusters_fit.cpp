@@ -91,7 +91,7 @@ Frame make_frame(const FitSource& source, std::span<const uint32_t> vertices) {
     half = glm::max(half, glm::abs(glm::transpose(axes) * q));
   }
   const double widest = std::max({half.x, half.y, half.z});
-  if (widest == 0.0) return frame;  // a single point
+  if (widest == 0.0) return frame;                                 // a single point
   half = glm::max(half, kLeastThickness * widest) * (1.0 + 1e-5);  // for the rounding to float
   for (int k = 0; k < 3; ++k) frame.axes[k] = vec3(half[k] * axes[k]);
   const dmat3 to_latent =
@@ -103,27 +103,28 @@ Frame make_frame(const FitSource& source, std::span<const uint32_t> vertices) {
   return frame;
 }
 
-uint8_t round_up_support(double reach, double units) {
-  return static_cast<uint8_t>(std::clamp(std::ceil(reach * units * (1.0 + 1e-6)), 0.0, 255.0));
+// In the order that ClusterPiece::support tells.
+dvec3 support_direction(uint32_t index) {
+  const auto sign = [&](uint32_t bit) { return index & bit ? -1.0 : 1.0; };
+  if (index >= 12 && index < 20) {
+    index -= 12;
+    return {sign(1), sign(2), sign(4)};
+  }
+  const uint32_t kind = index < 12 ? 0 : (index - 8) / 12;  // edge, long first, long second
+  if (kind > 0) index = (index - 20) % 12;
+  const uint32_t without = index / 4, first = without == 0 ? 1 : 0, second = without == 2 ? 1 : 2;
+  dvec3 direction(0.0);
+  direction[first] = (kind == 1 ? 2.0 : 1.0) * sign(1);
+  direction[second] = (kind == 2 ? 2.0 : 1.0) * sign(2);
+  return direction;
 }
 
-// In the order that ClusterPiece::support tells.
-void store_support(std::span<const dvec3> latent, uint8_t (&out)[20]) {
-  const auto reach = [&](dvec3 direction) {
+void store_support(std::span<const dvec3> latent, uint8_t (&out)[kSupports]) {
+  constexpr double kUnits = 1.0 / kSupportUnit * (1.0 + 1e-6);
+  for (uint32_t i = 0; i < kSupports; ++i) {
     double most = -INFINITY;
-    for (const dvec3 s : latent) most = std::max(most, dot(direction, s));
-    return most;
-  };
-  for (uint32_t i = 0; i < 12; ++i) {
-    const uint32_t without = i / 4, first = without == 0 ? 1 : 0, second = without == 2 ? 1 : 2;
-    dvec3 direction(0.0);
-    direction[first] = i & 1 ? -1.0 : 1.0;
-    direction[second] = i & 2 ? -1.0 : 1.0;
-    out[i] = round_up_support(reach(direction), 127.0);
-  }
-  for (uint32_t i = 0; i < 8; ++i) {
-    const dvec3 direction(i & 1 ? -1.0 : 1.0, i & 2 ? -1.0 : 1.0, i & 4 ? -1.0 : 1.0);
-    out[12 + i] = round_up_support(reach(direction), 85.0);
+    for (const dvec3 s : latent) most = std::max(most, dot(support_direction(i), s));
+    out[i] = static_cast<uint8_t>(std::clamp(std::ceil(most * kUnits), 0.0, 255.0));
   }
 }
 
@@ -212,8 +213,8 @@ class PieceFitter {
   void add_joints() {
     if (!source_.skin) return;
     list_joints();
-    piece_.reference_joint = *std::ranges::max_element(
-        joints_, {}, [&](uint16_t joint) { return total_weight(joint); });
+    piece_.reference_joint =
+        *std::ranges::max_element(joints_, {}, [&](uint16_t joint) { return total_weight(joint); });
     for (const uint16_t joint : joints_) {
       if (joint != piece_.reference_joint) add_joint(joint);
     }
@@ -247,7 +248,8 @@ class PieceFitter {
       for (int k = 0; k < 4; ++k) fit.column[k][axis] = row.affine[k];
       fit.column[axis][3] = row.residual;
     }
-    fit.column[3][3] = static_cast<uint16_t>(target);
+    fit.column[3][3] = 0;
+    fit.target = static_cast<uint16_t>(target);
     out_.targets.push_back(fit);
   }
 
@@ -318,8 +320,8 @@ class PieceFitter {
   double relative_pad() const {
     const double influences = source_.skin ? source_.skin->influences : 0;
     const double targets = source_.morph ? target_count(*source_.morph) : 0;
-    const double gain = 2.0 + 4.0 * std::max({joint_gain_[0], joint_gain_[1], joint_gain_[2],
-                                              joint_gain_[3]});
+    const double gain =
+        2.0 + 4.0 * std::max({joint_gain_[0], joint_gain_[1], joint_gain_[2], joint_gain_[3]});
     const double theirs = (influences + targets + 6.0) * weight_size_;
     const double ours = (4.0 * piece_.joints + piece_.targets + 24.0) * 4.0 * gain;
     return (kRounding * (theirs + ours) + defect_) * 1.01;
@@ -331,7 +333,7 @@ class PieceFitter {
   AffineFitter fitter_;
   FitStore& out_;
   ClusterPiece piece_;
-  std::vector<double> values_;   // scratch: one a vertex
+  std::vector<double> values_;    // scratch: one a vertex
   std::vector<uint16_t> joints_;  // that move the piece, ascending
   double defect_ = 0.0;           // of the weights' sums, against 1
   double weight_size_ = 1.0;      // the largest sum of a vertex's |weights|

@@ -14,8 +14,8 @@ namespace {
 
 constexpr uint32_t kMaxGroups = 4;
 constexpr uint32_t kTrialPoses = 6;
-constexpr uint32_t kRounds = 8;           // of k-means
-constexpr double kWorthAGroup = 0.93;     // one more group must shrink the boxes at least to this
+constexpr uint32_t kRounds = 8;        // of k-means
+constexpr double kWorthAGroup = 0.88;  // one more group must shrink the boxes at least to this
 
 // A vertex's weights, as a row over the joints that move the cluster.
 struct WeightRows {
@@ -64,7 +64,8 @@ std::vector<uint32_t> group_by_weights(const WeightRows& weights, size_t vertice
   const auto nearest = [&](size_t i) {
     uint32_t best = 0;
     for (uint32_t g = 1; g < centers.size(); ++g) {
-      if (distance2(weights.row(i), centers[g]) < distance2(weights.row(i), centers[best])) best = g;
+      if (distance2(weights.row(i), centers[g]) < distance2(weights.row(i), centers[best]))
+        best = g;
     }
     return best;
   };
@@ -134,7 +135,8 @@ class TrialPoses {
     Random random(1);
     double sum = 0.0;
     for (uint32_t i = 0; i < kTrialPoses; ++i) {
-      const mat3 view = glm::mat3_cast(glm::angleAxis(random.uniform(0.0f, 6.2f), random.direction()));
+      const mat3 view =
+          glm::mat3_cast(glm::angleAxis(random.uniform(0.0f, 6.2f), random.direction()));
       for (const uint16_t joint : joints_) pose_joints_[joint] = turn(random, view);
       Pose pose;
       pose.joints = pose_joints_;
