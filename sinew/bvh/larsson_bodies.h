@@ -38,6 +38,7 @@ class Bodies {
  public:
   uint32_t add(KeyHierarchies body);  // its number: what Hit::object says
   KeyHierarchies& body(uint32_t number) { return bodies_[number]; }
+  const KeyHierarchies& body(uint32_t number) const { return bodies_[number]; }
 
   // Call once a frame when all bodies are updated. Nearly free if little moved.
   void sort();
