@@ -61,29 +61,33 @@ void Hierarchy::update_hybrid(std::span<const vec3> positions) {
   positions_ = positions;
   ++frame_;
   visited_ = {};
-  for (size_t i = upper_.size(); i-- > 0;) {
-    const uint32_t node = upper_[i];
-    if (nodes_[node].is_leaf() || !points_of(node).empty()) {
-      set_from_points(node);
+  for (const Upper& upper : upper_) {
+    Node& node = nodes_[upper.node];
+    if (node.is_leaf()) {
+      set_from_triangle(node);
+    } else if (upper.points > 0) {
+      set_from_points(node, {points_.data() + upper.first_point, upper.points});
     } else {
-      merge_children(node);
+      merge_children(upper.node);
     }
   }
 }
 
 std::span<const uint32_t> Hierarchy::points_of(uint32_t node) const {
-  return {points_.data() + first_point_[node], first_point_[node + 1] - first_point_[node]};
+  return {points_.data() + point_begin_[node], point_count_[node]};
 }
 
-void Hierarchy::set_from_points(uint32_t index) {
-  Node& node = nodes_[index];
+void Hierarchy::set_from_triangle(Node& node) {
+  const uvec3 t = triangles_[node.triangle()];
   Box box;
-  if (node.is_leaf()) {
-    const uvec3 t = triangles_[node.triangle()];
-    for (int k = 0; k < 3; ++k) box.extend(positions_[t[k]]);
-  } else {
-    for (const uint32_t vertex : points_of(index)) box.extend(positions_[vertex]);
-  }
+  for (int k = 0; k < 3; ++k) box.extend(positions_[t[k]]);
+  node.box = box;
+  node.last_updated = frame_;
+}
+
+void Hierarchy::set_from_points(Node& node, std::span<const uint32_t> points) {
+  Box box;
+  for (const uint32_t vertex : points) box.extend(positions_[vertex]);
   node.box = box;
   node.last_updated = frame_;
 }
@@ -102,7 +106,7 @@ void Hierarchy::merge_children(uint32_t index) {
 void Hierarchy::update_range(uint32_t begin, uint32_t end) {
   for (uint32_t i = end; i-- > begin;) {
     if (nodes_[i].is_leaf()) {
-      set_from_points(i);
+      set_from_triangle(nodes_[i]);
     } else {
       merge_children(i);
     }
@@ -110,10 +114,13 @@ void Hierarchy::update_range(uint32_t begin, uint32_t end) {
 }
 
 void Hierarchy::update_levels(uint32_t index, uint32_t levels) {
-  const Node& node = nodes_[index];
-  if (levels == 0 || node.is_leaf()) {
-    set_from_points(index);
-    visited_.vertices += node.is_leaf() ? 3 : points_of(index).size();
+  Node& node = nodes_[index];
+  if (node.is_leaf()) {
+    set_from_triangle(node);
+    visited_.vertices += 3;
+  } else if (levels == 0) {
+    set_from_points(node, points_of(index));
+    visited_.vertices += point_count_[index];
   } else {
     for (uint32_t child = index + 1; child < node.link; child = nodes_[child].skip(child)) {
       update_levels(child, levels - 1);
@@ -134,7 +141,6 @@ void Hierarchy::visit(uint32_t index) {
     case FirstVisit::subtree: {
       const uint32_t end = nodes_[index].skip(index);
       update_range(index, end);
-      // One child a node less than nodes, so leaves are those that do not link on.
       for (uint32_t i = index; i < end; ++i) visited_.vertices += nodes_[i].is_leaf() ? 3 : 0;
       visited_.boxes += end - index;
       break;
@@ -195,8 +201,8 @@ UpdateWork Hierarchy::bottom_up_work() const {
 
 UpdateWork Hierarchy::hybrid_work() const {
   UpdateWork work{0, upper_.size()};
-  for (const uint32_t node : upper_) {
-    work.vertices += nodes_[node].is_leaf() ? 3 : points_of(node).size();
+  for (const Upper& upper : upper_) {
+    work.vertices += nodes_[upper.node].is_leaf() ? 3 : upper.points;
   }
   return work;
 }

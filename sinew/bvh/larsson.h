@@ -92,7 +92,8 @@ class Hierarchy {
   void build(const Config& config);
   void gather_points(std::span<const uint32_t> depths);
   std::span<const uint32_t> points_of(uint32_t node) const;
-  void set_from_points(uint32_t node);
+  void set_from_triangle(Node& node);
+  void set_from_points(Node& node, std::span<const uint32_t> points);
   void merge_children(uint32_t node);
   void update_range(uint32_t begin, uint32_t end);
   void update_levels(uint32_t node, uint32_t levels);
@@ -110,10 +111,16 @@ class Hierarchy {
   uint32_t visit_levels_ = 0;
 
   // For updates only, so that the nodes stay small. Inner nodes at depth d and below have points:
-  // the vertices of their triangles, each once, ascending.
-  std::vector<uint32_t> points_;
-  std::vector<size_t> first_point_;  // one a node, and the end
-  std::vector<uint32_t> upper_;      // the nodes at depth d and above, parents first
+  // the vertices of their triangles, each once, ascending; none elsewhere.
+  struct Upper {
+    uint32_t node = 0;
+    uint32_t points = 0;  // how many
+    size_t first_point = 0;
+  };
+  std::vector<Upper> upper_;         // nodes at depth d and above, children first
+  std::vector<size_t> point_begin_;  // one a node
+  std::vector<uint32_t> point_count_;
+  std::vector<uint32_t> points_;  // those of upper_ in its order, then those of nodes below
   UpdateWork visited_;
 };
 

@@ -152,29 +152,35 @@ void Hierarchy::build(const Config& config) {
   for (const uint32_t open : path) nodes_[open].link = static_cast<uint32_t>(nodes_.size());
 
   depth_ = std::min(config.depth.value_or(height_ / 2), height_);
-  for (uint32_t i = 0; i < nodes_.size(); ++i) {
-    if (depths[i] <= depth_) upper_.push_back(i);
-  }
   gather_points(depths);
 }
 
+// Hybrid updates then read everything but the nodes and the positions from one end to the other.
 void Hierarchy::gather_points(std::span<const uint32_t> depths) {
-  first_point_.reserve(nodes_.size() + 1);
+  point_begin_.resize(nodes_.size());
+  point_count_.resize(nodes_.size());
   std::vector<uint32_t> vertices;
-  for (uint32_t i = 0; i < nodes_.size(); ++i) {
-    first_point_.push_back(points_.size());
-    if (nodes_[i].is_leaf() || depths[i] < depth_) continue;
+  const auto gather = [&](uint32_t node) {
     vertices.clear();
-    for (uint32_t j = i; j < nodes_[i].link; ++j) {
+    for (uint32_t j = node; j < nodes_[node].link; ++j) {
       if (!nodes_[j].is_leaf()) continue;
       const uvec3 t = triangles_[nodes_[j].triangle()];
       vertices.insert(vertices.end(), {t.x, t.y, t.z});
     }
     std::sort(vertices.begin(), vertices.end());
     vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+    point_begin_[node] = points_.size();
+    point_count_[node] = static_cast<uint32_t>(vertices.size());
     points_.insert(points_.end(), vertices.begin(), vertices.end());
+  };
+  for (auto i = static_cast<uint32_t>(nodes_.size()); i-- > 0;) {
+    if (depths[i] > depth_) continue;
+    if (depths[i] == depth_ && !nodes_[i].is_leaf()) gather(i);
+    upper_.push_back({i, point_count_[i], point_begin_[i]});
   }
-  first_point_.push_back(points_.size());
+  for (uint32_t i = 0; i < nodes_.size(); ++i) {
+    if (depths[i] > depth_ && !nodes_[i].is_leaf()) gather(i);
+  }
 }
 
 }  // namespace sinew::larsson
