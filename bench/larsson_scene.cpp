@@ -85,6 +85,14 @@ uint64_t TableScene::moving_triangles() const {
   return count;
 }
 
+uint64_t TableScene::largest_moving_body() const {
+  uint64_t most = 0;
+  for (const BodyInput& body : bodies_) {
+    if (body.moves) most = std::max<uint64_t>(most, body.triangles.size());
+  }
+  return most;
+}
+
 bool TableScene::mirrors(uint32_t body, uint32_t triangle) const {
   const Mesh& mesh = scene_.meshes[scene_.objects[body].mesh];
   return is_mirror(scene_.materials[mesh.material_of(triangle)]);

@@ -31,6 +31,7 @@ class TableScene {
   CameraView camera() const { return scene_camera(scene_, pose_, 0); }
   std::vector<vec3> lights() const;  // positions
   uint64_t moving_triangles() const;
+  uint64_t largest_moving_body() const;  // triangles
 
   // Whether the triangle mirrors: what its material reflects head on, sharply.
   bool mirrors(uint32_t body, uint32_t triangle) const;

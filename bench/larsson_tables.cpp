@@ -241,8 +241,9 @@ nlohmann::json figures_of(const std::string& prefix, const TableScene& scene,
   const larsson::UpdateWork half = results[0].cells[kHybrid].updated;
   add("update_speedup_hybrid", mean_update(kBottomUp) / mean_update(kHybrid), "more",
       "time of L's bottom-up update over that of its hybrid update");
-  add("update_speedup_predicted", larsson::predicted_speedup(n, 8.0), "more",
-      "L's equation 7 with k = 8 for this number of triangles in one complete tree");
+  add("update_speedup_predicted",
+      larsson::predicted_speedup(double(scene.largest_moving_body()), 8.0), "more",
+      "L's equation 7 with k = 8 for the triangles of the largest body");
   add("update_speedup_counted",
       double(whole.vertices + whole.boxes) / double(half.vertices + half.boxes), "more",
       "vertices and boxes of a bottom-up update over those of a hybrid one, as counted");

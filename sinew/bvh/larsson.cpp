@@ -77,11 +77,15 @@ std::span<const uint32_t> Hierarchy::points_of(uint32_t node) const {
   return {points_.data() + point_begin_[node], point_count_[node]};
 }
 
-void Hierarchy::set_from_triangle(Node& node) {
-  const uvec3 t = triangles_[node.triangle()];
+Box Hierarchy::leaf_box(uint32_t leaf) const {
+  const uvec3 t = triangles_[leaf];
   Box box;
   for (int k = 0; k < 3; ++k) box.extend(positions_[t[k]]);
-  node.box = box;
+  return box;
+}
+
+void Hierarchy::set_from_triangle(Node& node) {
+  node.box = leaf_box(node.leaf());
   node.last_updated = frame_;
 }
 
@@ -148,7 +152,7 @@ void Hierarchy::visit(uint32_t index) {
   }
 }
 
-// Figure 2. `t_max` is read anew at every box; meet(triangle) says whether to stop.
+// Figure 2. `t_max` is read anew at every box; meet(leaf) says whether to stop.
 template <class MeetTriangle>
 void Hierarchy::traverse(const Probe& probe, const float& t_max, const MeetTriangle& meet) {
   const auto stop = static_cast<uint32_t>(nodes_.size());
@@ -157,7 +161,7 @@ void Hierarchy::traverse(const Probe& probe, const float& t_max, const MeetTrian
     if (nodes_[index].last_updated != frame_) visit(index);
     const Node& node = nodes_[index];
     if (meets(probe, node.box, t_max)) {
-      if (node.is_leaf() && meet(node.triangle())) return;
+      if (node.is_leaf() && meet(node.leaf())) return;
       ++index;
     } else {
       index = node.skip(index);
@@ -167,17 +171,18 @@ void Hierarchy::traverse(const Probe& probe, const float& t_max, const MeetTrian
 
 void Hierarchy::closest_hit(const Probe& probe, uint32_t object, Hit& hit) {
   float t_max = std::min(hit.t, probe.ray.t_max);
-  traverse(probe, t_max, [&](uint32_t triangle) {
-    const uvec3 v = triangles_[triangle];
+  traverse(probe, t_max, [&](uint32_t leaf) {
+    const uvec3 v = triangles_[leaf];
     const TriangleHit found =
         intersect(probe.ray, positions_[v.x], positions_[v.y], positions_[v.z]);
     if (!found.hit || !(found.t >= probe.ray.t_min && found.t <= t_max)) return false;
     // Of equal hits the least (object, triangle) counts, as in all queries.
+    const uint32_t primitive = primitives_[leaf];
     const bool equal = hit && found.t == hit.t;
-    if (equal && (object > hit.object || (object == hit.object && triangle > hit.primitive))) {
+    if (equal && (object > hit.object || (object == hit.object && primitive > hit.primitive))) {
       return false;
     }
-    hit = {found.t, found.u, found.v, triangle, object};
+    hit = {found.t, found.u, found.v, primitive, object};
     t_max = found.t;
     return false;
   });
@@ -186,8 +191,8 @@ void Hierarchy::closest_hit(const Probe& probe, uint32_t object, Hit& hit) {
 bool Hierarchy::any_hit(const Probe& probe) {
   const float t_max = probe.ray.t_max;
   bool found = false;
-  traverse(probe, t_max, [&](uint32_t triangle) {
-    const uvec3 v = triangles_[triangle];
+  traverse(probe, t_max, [&](uint32_t leaf) {
+    const uvec3 v = triangles_[leaf];
     const TriangleHit hit = intersect(probe.ray, positions_[v.x], positions_[v.y], positions_[v.z]);
     found = hit.hit && hit.t >= probe.ray.t_min && hit.t <= t_max;
     return found;
@@ -219,17 +224,15 @@ std::string Hierarchy::validate() const {
     if (end > nodes_.size() || end <= i || end > limit) return wrong(i, "its skip index is wrong");
     ends.push_back(end);
     if (nodes_[i].is_leaf()) {
-      const uint32_t triangle = nodes_[i].triangle();
-      if (triangle >= seen.size() || seen[triangle]++) return wrong(i, "its triangle is wrong");
+      const uint32_t leaf = nodes_[i].leaf();
+      if (leaf >= seen.size() || seen[primitives_[leaf]]++) return wrong(i, "its leaf is wrong");
     } else if (nodes_[i + 1].skip(i + 1) == end) {
       return wrong(i, "it has a single child");
     }
     if (nodes_[i].last_updated != frame_) continue;
     Box exact;
     for (uint32_t j = i; j < end; ++j) {
-      if (!nodes_[j].is_leaf()) continue;
-      const uvec3 t = triangles_[nodes_[j].triangle()];
-      for (int k = 0; k < 3; ++k) exact.extend(positions_[t[k]]);
+      if (nodes_[j].is_leaf()) exact.extend(leaf_box(nodes_[j].leaf()));
     }
     if (exact.min != nodes_[i].box.min || exact.max != nodes_[i].box.max) {
       return wrong(i, "its box is not that of its triangles");

@@ -35,11 +35,11 @@ struct Config {
 struct Node {
   static constexpr uint32_t kLeaf = 0x80000000u;
   Box box;
-  uint32_t link = 0;          // inner: the node behind its subtree; leaf: kLeaf | triangle
+  uint32_t link = 0;          // inner: the node behind its subtree; leaf: kLeaf | its number
   uint32_t last_updated = 0;  // the frame whose box this is
 
   bool is_leaf() const { return (link & kLeaf) != 0; }
-  uint32_t triangle() const { return link & ~kLeaf; }
+  uint32_t leaf() const { return link & ~kLeaf; }  // leaves are numbered from the left
   uint32_t skip(uint32_t self) const { return is_leaf() ? self + 1 : link; }
 };
 static_assert(sizeof(Node) == 32);
@@ -57,7 +57,7 @@ struct Probe {
   vec3 inverse;
 };
 
-// One body. Views `triangles` for its life and the positions of its last update until the next.
+// One body. Views the positions of its last update until the next.
 class Hierarchy {
  public:
   // The tree is built for these positions, which it then also has. Triangles index positions.
@@ -89,9 +89,10 @@ class Hierarchy {
   std::string validate() const;
 
  private:
-  void build(const Config& config);
+  void build(std::span<const uvec3> triangles, const Config& config);
   void gather_points(std::span<const uint32_t> depths);
   std::span<const uint32_t> points_of(uint32_t node) const;
+  Box leaf_box(uint32_t leaf) const;
   void set_from_triangle(Node& node);
   void set_from_points(Node& node, std::span<const uint32_t> points);
   void merge_children(uint32_t node);
@@ -103,7 +104,8 @@ class Hierarchy {
   void traverse(const Probe& probe, const float& t_max, const MeetTriangle& meet);
 
   std::vector<Node> nodes_;
-  std::span<const uvec3> triangles_;
+  std::vector<uvec3> triangles_;      // one a leaf
+  std::vector<uint32_t> primitives_;  // one a leaf: which of the caller's triangles it is
   std::span<const vec3> positions_;
   uint32_t frame_ = 0;
   uint32_t height_ = 0, depth_ = 0;

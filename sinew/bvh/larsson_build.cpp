@@ -113,23 +113,20 @@ struct Range {
 
 Hierarchy::Hierarchy(std::span<const vec3> positions, std::span<const uvec3> triangles,
                      const Config& config)
-    : triangles_(triangles),
-      positions_(positions),
-      first_visit_(config.first_visit),
-      visit_levels_(config.visit_levels) {
+    : positions_(positions), first_visit_(config.first_visit), visit_levels_(config.visit_levels) {
   SINEW_CHECK(visit_levels_ >= 1 && visit_levels_ <= 16);
   SINEW_CHECK(triangles.size() < Node::kLeaf);
   for (const uvec3 t : triangles) SINEW_CHECK(std::max({t.x, t.y, t.z}) < positions.size());
-  build(config);
+  build(triangles, config);
   update_bottom_up(positions);
 }
 
 // Without recursion, since a bad distribution makes a deep tree.
-void Hierarchy::build(const Config& config) {
-  Builder builder{positions_, triangles_, {}, {}, {}};
+void Hierarchy::build(std::span<const uvec3> triangles, const Config& config) {
+  Builder builder{positions_, triangles, {}, {}, {}};
   builder.start();
   std::vector<Range> todo;
-  if (!triangles_.empty()) todo.push_back({0, triangles_.size(), 0});
+  if (!triangles.empty()) todo.push_back({0, triangles.size(), 0});
   std::vector<uint32_t> depths, path;  // of every node; the inner nodes still open
   while (!todo.empty()) {
     const Range range = todo.back();
@@ -140,7 +137,7 @@ void Hierarchy::build(const Config& config) {
     height_ = std::max(height_, range.depth);
     Node& node = nodes_.emplace_back();
     if (range.end - range.begin == 1) {
-      node.link = Node::kLeaf | builder.order[range.begin];
+      node.link = Node::kLeaf | static_cast<uint32_t>(range.begin);
       continue;
     }
     path.push_back(index);
@@ -150,6 +147,9 @@ void Hierarchy::build(const Config& config) {
     }
   }
   for (const uint32_t open : path) nodes_[open].link = static_cast<uint32_t>(nodes_.size());
+
+  primitives_ = std::move(builder.order);
+  for (const uint32_t primitive : primitives_) triangles_.push_back(triangles[primitive]);
 
   depth_ = std::min(config.depth.value_or(height_ / 2), height_);
   gather_points(depths);
@@ -164,7 +164,7 @@ void Hierarchy::gather_points(std::span<const uint32_t> depths) {
     vertices.clear();
     for (uint32_t j = node; j < nodes_[node].link; ++j) {
       if (!nodes_[j].is_leaf()) continue;
-      const uvec3 t = triangles_[nodes_[j].triangle()];
+      const uvec3 t = triangles_[nodes_[j].leaf()];
       vertices.insert(vertices.end(), {t.x, t.y, t.z});
     }
     std::sort(vertices.begin(), vertices.end());
