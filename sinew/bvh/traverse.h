@@ -13,11 +13,15 @@
 
 namespace sinew {
 
+struct VisitedBody;  // visit.h
+
 // One object in the world: views only.
 struct Instance {
   const Node8* nodes = nullptr;
   const TrianglePacket* packets = nullptr;
-  uint32_t root = kNoChild;              // child word
+  const PacketPrimitives* primitives = nullptr;  // of every packet
+  uint32_t root = kNoChild;                      // child word; unused if there is a `body`
+  VisitedBody* body = nullptr;           // makes what a ray visits first; null: everything is made
   Affine to_object = identity_affine();  // world -> object; rays go through it unless `in_place`
   uint32_t object = 0;                   // Hit::object
   uint32_t mask = 0xffffffffu;           // rays see it if (mask & query mask) != 0

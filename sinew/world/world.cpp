@@ -78,6 +78,7 @@ void World::Impl::build_instances() {
     const Bvh8& bvh = body.deforms ? object.bvh : body.bvh;
     instances.push_back({.nodes = bvh.nodes.data(),
                          .packets = bvh.packets.data(),
+                         .primitives = body.layout.packet_primitives.data(),
                          .root = bvh.root,
                          .to_object = object.to_object,
                          .object = static_cast<uint32_t>(id),
