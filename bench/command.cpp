@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "bench/bench.h"
-#include "bench/larsson_tables.h"
+#include "bench/larsson_command.h"
 #include "bench/trace.h"
 #include "sinew/io/output_file.h"
 
@@ -50,42 +50,6 @@ Result<int> run_trace(const BenchOptions& options) {
   return kOk;
 }
 
-struct LarssonJob {
-  CLI::App* command = nullptr;
-  bench::LarssonOptions options;
-  std::string json;
-  int table = 1;
-};
-
-Result<int> run_larsson(const LarssonJob& job) {
-  SINEW_TRY(const nlohmann::json report, job.table == 1 ? bench::larsson_table_1(job.options)
-                                                        : bench::larsson_table_2(job.options));
-  if (job.json != "-") SINEW_CHECKED(write_file("-", bench::larsson_text(report)));
-  if (!job.json.empty()) SINEW_CHECKED(write_file(job.json, report.dump(2) + "\n"));
-  return kOk;
-}
-
-std::shared_ptr<LarssonJob> define_larsson(CLI::App& bench) {
-  const auto job = std::make_shared<LarssonJob>();
-  bench::LarssonOptions& o = job->options;
-  job->command = bench.add_subcommand(
-      "larsson", "The two tables of Larsson and Akenine-Moller 2003: their updates and ours");
-  CLI::App& c = *job->command;
-  c.add_option("--table", job->table, "1: deforming bodies; 2: BART's Museum (default: 1)")
-      ->check(CLI::Range(1, 2));
-  c.add_option("--museum", o.museum, "BART's museum5.aff, for table 2");
-  c.add_option("--width", o.width, "Pixels (default: 640)")->check(CLI::Range(16, 8192));
-  c.add_option("--height", o.height, "Pixels (default: 480)")->check(CLI::Range(16, 8192));
-  c.add_option("--frames", o.frames, "How many frames of the animation (default: 28)")
-      ->check(CLI::Range(1, 1000));
-  c.add_option("--repeats", o.repeats, "Of subsampled frames; medians count (default: 3)")
-      ->check(CLI::Range(1, 1000));
-  c.add_option("--threads", o.threads, "Of our second rows; theirs have one (default: 2)")
-      ->check(CLI::Range(1, 256));
-  c.add_option("--json", job->json, "Write the report; - for stdout, without the table");
-  return job;
-}
-
 }  // namespace
 
 Run define_bench(CLI::App& command) {
@@ -109,10 +73,8 @@ Run define_bench(CLI::App& command) {
   trace->add_option("--threads", t.threads, "For both opponents (default: 2)")
       ->check(CLI::Range(1, 256));
   trace->add_option("--json", options->json, "Write the report; - for stdout");
-  const auto larsson = define_larsson(command);
-  return [options, larsson] {
-    return larsson->command->parsed() ? run_larsson(*larsson) : run_trace(*options);
-  };
+  const LarssonCommand larsson = define_larsson(command);
+  return [options, larsson] { return larsson.parsed() ? larsson.run() : run_trace(*options); };
 }
 
 }  // namespace sinew::app

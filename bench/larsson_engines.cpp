@@ -16,12 +16,13 @@ std::vector<float> key_times(size_t keys) {
 
 class LarssonEngine final : public TableEngine {
  public:
-  LarssonEngine(std::span<const BodyInput> bodies, LarssonUpdate update)
+  LarssonEngine(std::span<const BodyInput> bodies, LarssonUpdate update,
+                const larsson::Config& config)
       : inputs_(bodies), update_(update) {
     for (const BodyInput& body : bodies) {
       std::vector<larsson::Hierarchy> keys;
       for (const std::vector<vec3>& shape : body.key_shapes) {
-        keys.emplace_back(shape, body.triangles);
+        keys.emplace_back(shape, body.triangles, config);
       }
       const std::vector<float> times = key_times(keys.size());
       bodies_.add(larsson::KeyHierarchies(times, std::move(keys)));
@@ -134,8 +135,9 @@ class SinewEngine final : public TableEngine {
 }  // namespace
 
 std::unique_ptr<TableEngine> make_larsson_engine(std::span<const BodyInput> bodies,
-                                                 LarssonUpdate update) {
-  return std::make_unique<LarssonEngine>(bodies, update);
+                                                 LarssonUpdate update,
+                                                 const larsson::Config& config) {
+  return std::make_unique<LarssonEngine>(bodies, update, config);
 }
 
 Result<std::unique_ptr<TableEngine>> make_sinew_engine(std::span<const BodyInput> bodies) {

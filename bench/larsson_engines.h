@@ -44,7 +44,8 @@ enum class LarssonUpdate : uint8_t { bottom_up, hybrid };
 
 // The bodies must outlive the engines.
 std::unique_ptr<TableEngine> make_larsson_engine(std::span<const BodyInput> bodies,
-                                                 LarssonUpdate update);
+                                                 LarssonUpdate update,
+                                                 const larsson::Config& config);
 Result<std::unique_ptr<TableEngine>> make_sinew_engine(std::span<const BodyInput> bodies);
 
 }  // namespace sinew::bench

@@ -37,13 +37,13 @@ struct Contest {
   }
 };
 
-Result<Contest> make_contest(const TableScene& scene, int threads) {
+Result<Contest> make_contest(const TableScene& scene, const LarssonOptions& options) {
   Contest out;
   const std::span<const BodyInput> bodies = scene.bodies();
-  out.add(make_larsson_engine(bodies, LarssonUpdate::bottom_up), "L bottom-up");
-  out.add(make_larsson_engine(bodies, LarssonUpdate::hybrid), "L hybrid");
+  out.add(make_larsson_engine(bodies, LarssonUpdate::bottom_up, options.larsson), "L bottom-up");
+  out.add(make_larsson_engine(bodies, LarssonUpdate::hybrid, options.larsson), "L hybrid");
   SINEW_TRY(auto full, make_sinew_engine(bodies));
-  out.add(std::move(full), "sinew full", threads);
+  out.add(std::move(full), "sinew full", options.threads);
   return out;
 }
 
@@ -59,28 +59,38 @@ struct Answers {
   }
 };
 
-// The share of rays that two engines answer differently.
-double differing(const Answers& a, const Answers& b, size_t rays) {
-  size_t count = 0;
+// Shares of the rays that two engines answer differently.
+struct Differences {
+  double hits = 0.0;     // of closest-hit rays
+  double shadows = 0.0;  // of shadow rays
+};
+
+double share(size_t part, size_t whole) {
+  return whole == 0 ? 0.0 : double(part) / double(whole);
+}
+
+Differences compare(const Answers& a, const Answers& b) {
+  size_t hits = 0, shadows = 0;
   const auto compare_hits = [&](const std::vector<Hit>& x, const std::vector<Hit>& y) {
     for (size_t i = 0; i < x.size(); ++i) {
-      count += x[i].object != y[i].object || (x[i] && x[i].primitive != y[i].primitive);
+      hits += x[i].object != y[i].object || (x[i] && x[i].primitive != y[i].primitive);
     }
   };
   const auto compare_bits = [&](const std::vector<uint8_t>& x, const std::vector<uint8_t>& y) {
-    for (size_t i = 0; i < x.size(); ++i) count += (x[i] != 0) != (y[i] != 0);
+    for (size_t i = 0; i < x.size(); ++i) shadows += (x[i] != 0) != (y[i] != 0);
   };
   compare_hits(a.primary, b.primary);
   compare_hits(a.reflection, b.reflection);
   compare_bits(a.shadow, b.shadow);
   compare_bits(a.reflection_shadow, b.reflection_shadow);
-  return rays == 0 ? 0.0 : double(count) / double(rays);
+  return {share(hits, a.primary.size() + a.reflection.size()),
+          share(shadows, a.shadow.size() + a.reflection_shadow.size())};
 }
 
 // One contender in one frame.
 struct Cell {
   double update_ms = 0.0, trace_ms = 0.0;
-  double differ = 0.0;  // share of the rays answered otherwise than by our full update
+  Differences differ;  // from the answers after our full update
   larsson::UpdateWork updated, visited;
 
   double total() const { return update_ms + trace_ms; }
@@ -121,7 +131,7 @@ FrameResult measure_frame(const TableScene& scene, Contest& contest, const Larss
       const ThreadLimit limit(contender.threads);
       update[c].push_back(milliseconds([&] { contender.engine->begin_frame(scene.frame()); }));
       trace[c].push_back(trace_all(*contender.engine, rays, answers));
-      out.cells[c].differ = differing(answers, expected, rays.total());
+      out.cells[c].differ = compare(answers, expected);
       out.cells[c].updated = contender.engine->update_work();
       out.cells[c].visited = contender.engine->visit_work();
     }
@@ -149,20 +159,28 @@ std::vector<uint32_t> choose_frames(uint32_t count, uint32_t frames, uint32_t wa
 }
 
 // L's "ave", "worst" and "best": the mean over all frames, and the frames that take L's bottom-up
-// method the most and the least time.
+// method the most and the least time at a ray a pixel.
 struct Case {
   std::string name;
   std::vector<const FrameResult*> frames;
 };
 
-std::vector<Case> cases_of(std::span<const FrameResult> results, uint32_t step) {
-  Case all{"ave", {}};
+std::vector<const FrameResult*> with_sampling(std::span<const FrameResult> results, uint32_t step) {
+  std::vector<const FrameResult*> out;
   for (const FrameResult& result : results) {
-    if (result.step == step) all.frames.push_back(&result);
+    if (result.step == step) out.push_back(&result);
   }
+  return out;
+}
+
+std::vector<Case> cases_of(std::span<const FrameResult> results, uint32_t step) {
+  const std::vector<const FrameResult*> frames = with_sampling(results, step);
+  const std::vector<const FrameResult*> whole = with_sampling(results, 1);
   const auto [best, worst] = std::ranges::minmax_element(
-      all.frames, {}, [](const FrameResult* f) { return f->cells[kBottomUp].total(); });
-  return {all, {"worst", {*worst}}, {"best", {*best}}};
+      whole, {}, [](const FrameResult* f) { return f->cells[kBottomUp].total(); });
+  return {{"ave", frames},
+          {"worst", {frames[static_cast<size_t>(worst - whole.begin())]}},
+          {"best", {frames[static_cast<size_t>(best - whole.begin())]}}};
 }
 
 template <class Value>
@@ -197,7 +215,8 @@ nlohmann::json frame_row(const FrameResult& result, const Contest& contest, size
                         {"threads", contest.contenders[c].threads},
                         {"update_ms", cell.update_ms},
                         {"trace_ms", cell.trace_ms},
-                        {"answers_differ", cell.differ}};
+                        {"hits_differ", cell.differ.hits},
+                        {"shadows_differ", cell.differ.shadows}};
   if (cell.updated.boxes > 0) {
     row["updated"] = {{"vertices", cell.updated.vertices}, {"boxes", cell.updated.boxes}};
     row["visited"] = {{"vertices", cell.visited.vertices}, {"boxes", cell.visited.boxes}};
@@ -212,54 +231,91 @@ std::string figure_part(const Contender& contender) {
   return contender.threads > 1 ? out + "_" + std::to_string(contender.threads) + "t" : out;
 }
 
-nlohmann::json figures_of(const std::string& prefix, const TableScene& scene,
-                          std::span<const FrameResult> results, const Contest& contest) {
-  nlohmann::json out = nlohmann::json::array();
-  double differ = 0.0;
-  for (const FrameResult& result : results) {
-    for (const Cell& cell : result.cells) differ = std::max(differ, cell.differ);
+// Figures whose names begin with the table's.
+struct Figures {
+  std::string table;
+  nlohmann::json list = nlohmann::json::array();
+
+  void add(const std::string& name, double value, const char* better, const std::string& note) {
+    list.push_back({{"name", table + "_" + name},
+                    {"value", value},
+                    {"unit", "1"},
+                    {"better", better},
+                    {"note", note}});
   }
+};
+
+void add_speedups(std::span<const FrameResult> results, const Contest& contest, Figures& out) {
   for (const uint32_t step : kSteps) {
-    const Case all = cases_of(results, step)[0];
+    const Case all{"ave", with_sampling(results, step)};
     for (size_t c = kHybrid; c < contest.contenders.size(); ++c) {
-      const std::string name = fmt::format("{}_speedup_{}x{}_{}", prefix, step, step,
-                                           figure_part(contest.contenders[c]));
-      out.push_back(figure(name.c_str(), mean_total(all, kBottomUp) / mean_total(all, c), "1",
-                           "more", "average frame time of L's bottom-up method over this one's"));
+      out.add(fmt::format("speedup_{}x{}_{}", step, step, figure_part(contest.contenders[c])),
+              mean_total(all, kBottomUp) / mean_total(all, c), "more",
+              "average frame time of L's bottom-up method over this one's");
     }
   }
-  const auto add = [&](const char* name, double value, const char* better, const char* note) {
-    out.push_back(figure((prefix + "_" + name).c_str(), value, "1", better, note));
-  };
+}
+
+// L's model of its updates beside what they did.
+void add_model(const TableScene& scene, std::span<const FrameResult> results, Figures& out) {
   Case every{"", {}};
   for (const FrameResult& result : results) every.frames.push_back(&result);
   const auto mean_update = [&](size_t c) {
     return mean(every, [&](const FrameResult& f) { return f.cells[c].update_ms; });
   };
-  const double n = double(scene.moving_triangles());
   const larsson::UpdateWork whole = results[0].cells[kBottomUp].updated;
-  const larsson::UpdateWork half = results[0].cells[kHybrid].updated;
-  add("update_speedup_hybrid", mean_update(kBottomUp) / mean_update(kHybrid), "more",
-      "time of L's bottom-up update over that of its hybrid update");
-  add("update_speedup_predicted",
-      larsson::predicted_speedup(double(scene.largest_moving_body()), 8.0), "more",
-      "L's equation 7 with k = 8 for the triangles of the largest body");
-  add("update_speedup_counted",
-      double(whole.vertices + whole.boxes) / double(half.vertices + half.boxes), "more",
-      "vertices and boxes of a bottom-up update over those of a hybrid one, as counted");
-  add("hybrid_vertices_per_triangle", double(half.vertices) / n, "less",
-      "read by a hybrid update; L's model: 0.5 in closed meshes, 3 in soups");
-  add("hybrid_box_share", double(half.boxes) / double(whole.boxes), "less",
-      "of all boxes, written by a hybrid update");
-  add("answers_differ", differ, "less",
-      "largest share of a picture's rays that two engines answer differently");
-  return out;
+  const larsson::UpdateWork upper = results[0].cells[kHybrid].updated;
+  out.add("update_speedup_hybrid", mean_update(kBottomUp) / mean_update(kHybrid), "more",
+          "time of L's bottom-up update over that of its hybrid update");
+  out.add("update_speedup_predicted",
+          larsson::predicted_speedup(double(scene.largest_moving_body()), 8.0), "more",
+          "L's equation 7 with k = 8 for the triangles of the largest body");
+  out.add("update_speedup_limit", larsson::speedup_limit(8.0), "more",
+          "what it stays below (equation 10); it is above 8 for trees of height 4 or more");
+  out.add("update_speedup_counted",
+          double(whole.vertices + whole.boxes) / double(upper.vertices + upper.boxes), "more",
+          "vertices and boxes of a bottom-up update over those of a hybrid one, as counted");
+  out.add("hybrid_vertices_per_triangle", double(upper.vertices) / double(scene.moving_triangles()),
+          "less", "read by a hybrid update; L's model: 0.5 in closed meshes, 3 in soups");
+  out.add("hybrid_box_share", double(upper.boxes) / double(whole.boxes), "less",
+          "of all boxes, written by a hybrid update");
+  for (const uint32_t step : kSteps) {
+    const double visited = mean({"", with_sampling(results, step)}, [](const FrameResult& f) {
+      return double(f.cells[kHybrid].visited.boxes);
+    });
+    out.add(fmt::format("hybrid_visited_share_{}x{}", step, step), visited / double(whole.boxes),
+            "less", "of all boxes, made by first visits");
+  }
 }
 
-Result<nlohmann::json> measure_table(const std::string& input, const std::string& prefix,
+void add_differences(std::span<const FrameResult> results, Figures& out) {
+  Differences most;
+  for (const FrameResult& result : results) {
+    for (const Cell& cell : result.cells) {
+      most.hits = std::max(most.hits, cell.differ.hits);
+      most.shadows = std::max(most.shadows, cell.differ.shadows);
+    }
+  }
+  out.add("hits_differ", most.hits, "less",
+          "largest share of a picture's closest-hit rays for which two engines name different "
+          "triangles");
+  out.add("shadows_differ", most.shadows, "less",
+          "largest share of a picture's shadow rays on which two engines do not agree");
+}
+
+nlohmann::json figures_of(const std::string& table, const TableScene& scene,
+                          std::span<const FrameResult> results, const Contest& contest) {
+  Figures out{table};
+  add_speedups(results, contest, out);
+  add_model(scene, results, out);
+  add_differences(results, out);
+  return out.list;
+}
+
+Result<nlohmann::json> measure_table(const std::string& input, const std::string& table_name,
                                      uint32_t wanted_frame, const LarssonOptions& options) {
   SINEW_TRY(TableScene scene, TableScene::make(input));
-  SINEW_TRY(Contest contest, make_contest(scene, options.threads));
+  SINEW_TRY(Contest contest, make_contest(scene, options));
   std::vector<FrameResult> results;
   for (const uint32_t frame : choose_frames(scene.frame_count(), options.frames, wanted_frame)) {
     scene.set_frame(frame);
@@ -289,7 +345,7 @@ Result<nlohmann::json> measure_table(const std::string& input, const std::string
                         {"width", options.width},
                         {"height", options.height},
                         {"frames", results.size() / kSteps.size()},
-                        {"figures", figures_of(prefix, scene, results, contest)},
+                        {"figures", figures_of(table_name, scene, results, contest)},
                         {"table", std::move(table)},
                         {"rows", std::move(rows)}};
 }
@@ -310,18 +366,19 @@ std::string larsson_text(const nlohmann::json& report) {
                   report["scene"].get<std::string>(), report["moving_triangles"].get<uint64_t>(),
                   report["width"].get<uint32_t>(), report["height"].get<uint32_t>(),
                   report["frames"].get<size_t>());
-  out += fmt::format("{:<6} {:>6}  {:<14} {:>7} {:>9} {:>9} {:>9} {:>8}\n", "case", "sampl",
+  out += fmt::format("{:<11} {:>5}  {:<14} {:>7} {:>9} {:>9} {:>9} {:>8}\n", "case", "sampl",
                      "method", "threads", "up", "rt", "tot", "speedup");
   std::string last;
   for (const auto& line : report["table"]) {
     const uint32_t step = line["sampling"];
     std::string name = line["case"], sampling = fmt::format("{}x{}", step, step);
+    if (!line["frame"].is_null()) name += fmt::format(" ({})", line["frame"].get<uint32_t>());
     if (const std::string here = name + sampling; here == last) {
       name.clear(), sampling.clear();
     } else {
       last = here;
     }
-    out += fmt::format("{:<6} {:>6}  {:<14} {:>7} {:9.2f} {:9.2f} {:9.2f} {:8.2f}\n", name,
+    out += fmt::format("{:<11} {:>5}  {:<14} {:>7} {:9.2f} {:9.2f} {:9.2f} {:8.2f}\n", name,
                        sampling, line["engine"].get<std::string>(), line["threads"].get<int>(),
                        line["update_ms"].get<double>(), line["trace_ms"].get<double>(),
                        line["total_ms"].get<double>(), line["speedup"].get<double>());

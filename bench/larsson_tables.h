@@ -9,6 +9,7 @@
 #include <string>
 
 #include "sinew/base/error.h"
+#include "sinew/bvh/larsson.h"
 
 namespace sinew::bench {
 
@@ -16,9 +17,10 @@ struct LarssonOptions {
   std::string museum = "../shared/data/bart/scene_museum/aff/museum5.aff";  // of table 2
   uint32_t width = 640;
   uint32_t height = 480;
-  uint32_t frames = 28;  // of the animation's, evenly spread; table 1 always has frame 200
-  uint32_t repeats = 3;  // of frames with less than a ray a pixel; medians count
-  int threads = 2;       // of our second rows; L's and our first rows have one
+  uint32_t frames = 28;       // of the animation's, evenly spread; table 1 always has frame 200
+  uint32_t repeats = 3;       // of frames with less than a ray a pixel; medians count
+  int threads = 2;            // of our second rows; L's and our first rows have one
+  larsson::Config larsson{};  // of L's hierarchies
 };
 
 // Nine free bodies of 81,920 triangles.
