@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "bench/bench.h"
+#include "bench/larsson_command.h"
 #include "bench/trace.h"
 #include "sinew/io/output_file.h"
 
@@ -72,7 +73,8 @@ Run define_bench(CLI::App& command) {
   trace->add_option("--threads", t.threads, "For both opponents (default: 2)")
       ->check(CLI::Range(1, 256));
   trace->add_option("--json", options->json, "Write the report; - for stdout");
-  return [options] { return run_trace(*options); };
+  const LarssonCommand larsson = define_larsson(command);
+  return [options, larsson] { return larsson.parsed() ? larsson.run() : run_trace(*options); };
 }
 
 }  // namespace sinew::app
