@@ -6,6 +6,7 @@
 #include "app/json_text.h"
 #include "app/validators.h"
 #include "bench/bench.h"
+#include "bench/larsson_command.h"
 #include "bench/tables.h"
 #include "bench/trace.h"
 #include "bench/update.h"
@@ -102,7 +103,8 @@ Run define_bench(CLI::App& command) {
       "update", "Time from a new pose to its hits, against Embree's refit and rebuild");
   define_update(*update, *options);
   update->callback([options] { options->does_update = true; });
-  return [options] { return run(*options); };
+  const LarssonCommand larsson = define_larsson(command);
+  return [options, larsson] { return larsson.parsed() ? larsson.run() : run(*options); };
 }
 
 }  // namespace sinew::app

@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "bench/modes.h"
 #include "sinew/base/parallel.h"
 
 namespace sinew::bench {
@@ -47,7 +46,7 @@ Result<void> Arena::open(Scene scene, std::string name) {
 
 Result<void> Arena::add_ours(UpdateMode mode) {
   SINEW_TRY(World world, prepare(scene_));
-  set_mode(world, mode);
+  world.set_update_mode(mode);
   ours_.push_back(std::make_unique<Ours>(Ours{engine_name(mode), std::move(world)}));
   World* const w = &ours_.back()->world;
   engines_.push_back({engine_name(mode), [w](double time) { (void)w->set_time(time); },

@@ -1,9 +1,11 @@
-// Times and averages.
+// Times and averages, and figures without a goal (figures.h has those with one).
 #pragma once
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <nlohmann/json.hpp>
+#include <string>
 #include <vector>
 
 namespace sinew::bench {
@@ -27,6 +29,12 @@ inline double geometric_mean(const std::vector<double>& values) {
   double sum = 0.0;
   for (const double value : values) sum += std::log(value);
   return values.empty() ? 0.0 : std::exp(sum / double(values.size()));
+}
+
+// One figure of a bench's JSON: a plain number in plain units.
+inline nlohmann::json figure(const char* name, double value, const char* unit, const char* better,
+                             const std::string& note) {
+  return {{"name", name}, {"value", value}, {"unit", unit}, {"better", better}, {"note", note}};
 }
 
 }  // namespace sinew::bench

@@ -7,7 +7,6 @@
 
 #include "bench/frame_work.h"
 #include "bench/measure.h"
-#include "bench/modes.h"
 #include "bench/workload.h"
 #include "sinew/io/load.h"
 
@@ -58,7 +57,8 @@ double fraction_of(const Arena& arena, const Picture& picture, uint32_t frame) {
   const Engine& lazy = *arena.find("sinew lazy");
   lazy.pose(arena.time_of(frame));
   trace_picture(lazy, picture);
-  return made_fraction(*arena.world("sinew lazy"));
+  const UpdateStats stats = arena.world("sinew lazy")->stats();
+  return double(stats.treelets_made) / double(std::max<uint64_t>(stats.treelets, 1));
 }
 
 // A zoom at which about this fraction is reached, by bisection in its logarithm.

@@ -184,10 +184,12 @@ class Traversal {
   Hit run() {
     const RaySetup setup(ray_.origin, ray_.direction);
     if (scene_.top == nullptr) {
-      if (scene_.instance_count > 0) visit_instance(scene_.instances[0], setup, stack_);
+      if (scene_.instance_count > 0) visit_leaf_of_top({0}, setup, stack_);
     } else {
       descend(scene_.top, 0, setup, stack_, [&](uint32_t word, StackEntry* base) {
-        return visit_instance(scene_.instances[word & ~kLeafBit], setup, base);
+        const uint32_t index = word & ~kLeafBit;
+        return visit_leaf_of_top(scene_.leaves != nullptr ? scene_.leaves[index] : TopLeaf{index},
+                                 setup, base);
       });
     }
     if (!best_) best_.t = std::numeric_limits<float>::infinity();
@@ -254,21 +256,24 @@ class Traversal {
     return (--top)->word;
   }
 
-  bool visit_instance(const Instance& instance, const RaySetup& world, StackEntry* base) {
+  bool visit_leaf_of_top(const TopLeaf& leaf, const RaySetup& world, StackEntry* base) {
+    const Instance& instance = scene_.instances[leaf.instance];
     if ((instance.mask & options_.mask) == 0) return false;
-    if (instance.in_place) return visit_body(instance, world, base);
+    if (instance.in_place) return visit_body(instance, leaf.word, world, base);
     const RaySetup local(transform_point(instance.to_object, ray_.origin),
                          transform_vector(instance.to_object, ray_.direction));
-    return visit_body(instance, local, base);
+    return visit_body(instance, leaf.word, local, base);
   }
 
-  bool visit_body(const Instance& instance, const RaySetup& setup, StackEntry* base) {
+  // `part` is the child word of a part of the body, or kNoChild for all of it.
+  bool visit_body(const Instance& instance, uint32_t part, const RaySetup& setup,
+                  StackEntry* base) {
     side_ = 0.0f;
     if (instance.single_sided && options_.facing != Facing::any) {
       side_ = options_.facing == Facing::front ? 1.0f : -1.0f;
     }
-    uint32_t root = instance.root;
-    if (instance.body != nullptr) {
+    uint32_t root = part != kNoChild ? part : instance.root;
+    if (part == kNoChild && instance.body != nullptr) {
       VisitedBody& body = *instance.body;
       if (!is_ready(body) && !visit_upper(body)) return look_through_body(instance, setup);
       root = body.upper.load(std::memory_order_acquire);

@@ -18,7 +18,7 @@ void positions_of(const VisitedBody& body, uint32_t treelet, TreeletVertices& ou
 
 }  // namespace
 
-bool visit_upper(VisitedBody& body) {
+bool visit_upper(VisitedBody& body, Threads threads) {
   uint32_t state = kUnmade;
   if (!body.upper.compare_exchange_strong(state, kBeingMade, std::memory_order_acquire)) {
     return state != kBeingMade;
@@ -28,7 +28,7 @@ bool visit_upper(VisitedBody& body) {
       [&](uint32_t first, std::span<Box> boxes) {
         derive_bounds(*body.clusters, *body.motion, *body.pose, first, boxes);
       },
-      false, *body.bvh);
+      threads, *body.bvh);
   body.upper.store(body.bvh->root, std::memory_order_release);
   return true;
 }

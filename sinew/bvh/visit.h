@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "sinew/bvh/update.h"
 #include "sinew/bvh/update_kernels.h"
 #include "sinew/bvh/wide.h"
 #include "sinew/motion/clusters.h"
@@ -39,7 +40,7 @@ inline bool is_ready(const VisitedBody& body) {
 }
 
 // Makes the upper tree, unless another thread is at it: then returns false.
-bool visit_upper(VisitedBody& body);
+bool visit_upper(VisitedBody& body, Threads threads = Threads::one);
 
 // Makes the treelet and returns its root's child word; kNoChild if another thread is at it.
 uint32_t visit_treelet(VisitedBody& body, uint32_t treelet);
