@@ -7,6 +7,7 @@
 #include "app/validators.h"
 #include "bench/bench.h"
 #include "bench/larsson_command.h"
+#include "bench/report.h"
 #include "bench/tables.h"
 #include "bench/trace.h"
 #include "bench/update.h"
@@ -34,6 +35,9 @@ Result<int> run(const BenchOptions& options) {
     SINEW_CHECKED(write_file("-", text));
   }
   if (!options.json.empty()) SINEW_CHECKED(write_file(options.json, json_text(report)));
+  if (!options.report.empty()) {
+    SINEW_CHECKED(write_file(options.report, bench::report_page(report)));
+  }
   return kOk;
 }
 
@@ -51,6 +55,8 @@ void add_common(CLI::App& command, BenchOptions& options, uint32_t& width, uint3
       ->check(whole_number_in(1, 256));
   command.add_option("--json", options.json,
                      "Write figures and rows; - for stdout, instead of the tables");
+  command.add_option("--report", options.report,
+                     "Write a page with plots: one .html that needs nothing else");
 }
 
 void define_trace(CLI::App& command, BenchOptions& options) {
@@ -81,6 +87,10 @@ void define_update(CLI::App& command, BenchOptions& options) {
   command.add_option("--bodies", u.bodies,
                      "Scene of picks, ray counts and refit (default: study:bodies)");
   command.add_option("--herd", u.herd, "Scene of herd_frame (default: study:herd)");
+  command
+      .add_option("--rays", u.most_rays,
+                  fmt::format("Where the ray-count sweep ends (default: {})", u.most_rays))
+      ->check(whole_number_in(1, 1000000));
   command.add_option("--data", u.data, "Folder that holds skinned/pigman/pigman.glb");
   add_common(command, options, u.width, u.height, u.repeats, u.threads);
 }

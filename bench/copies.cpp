@@ -40,7 +40,11 @@ void add_channels(const Clip& from, uint32_t first_node, Clip& out) {
 
 }  // namespace
 
-Scene copies_of(const Scene& one, uint32_t copies) {
+Scene copies_of(Scene one, uint32_t copies, std::span<const std::string_view> without) {
+  for (Node& node : one.nodes) {
+    if (std::ranges::find(without, std::string_view(node.name)) != without.end()) node.mesh = -1;
+  }
+  list_objects(one);
   Scene out;
   out.name = std::to_string(copies) + "*" + one.name;
   out.meshes = one.meshes;

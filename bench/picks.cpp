@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 
 #include "bench/frame_work.h"
@@ -15,6 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::array<uint32_t, 6> kCounts = {10, 100, 1000, 10000, 100000, 1000000};
+constexpr uint32_t kManyPicks = 1000000;
 constexpr uint32_t kPoses = 4;  // of free motion, kept ready
 
 // The figure that a number of picks gives; nullptr if it gives none.
@@ -24,8 +26,14 @@ const char* figure_of(uint32_t picks) {
 
 bool wants_count(const UpdateOptions& options, uint32_t picks) {
   const char* const name = figure_of(picks);
-  return wants(options, "ray_count_sweep") || wants(options, "auto_regret") ||
-         (name != nullptr && wants(options, name));
+  const bool sweeps = wants(options, "ray_count_sweep") || wants(options, "auto_regret");
+  return (sweeps && picks <= options.most_rays) || (name != nullptr && wants(options, name));
+}
+
+// Warming up lets `auto` see what rays reach. A million rays take a second: fewer rounds are
+// enough.
+Rounds rounds_of(uint32_t picks, uint32_t repeats) {
+  return picks < kManyPicks ? Rounds{4, repeats} : Rounds{2, std::min(repeats, 3u)};
 }
 
 std::vector<Rival> rivals_of(const Arena& arena, std::span<const Ray> rays, std::span<Hit> hits) {
@@ -113,7 +121,7 @@ Result<void> measure_picks(const Scene& scene, const UpdateOptions& options, Upd
     std::vector<Ray> rays(count);
     std::vector<Hit> hits(count);
     std::vector<Rival> rivals = rivals_of(arena, rays, hits);
-    frame = compete(rivals, {4, options.repeats}, frame,
+    frame = compete(rivals, rounds_of(count, options.repeats), frame,
                     [&](uint32_t f) { pick_rays(boxes, f, rays); });
     add_sweep_point(report, "ray_count", arena.name(), count, rivals);
     add_figure(count, rivals, options, report);

@@ -22,7 +22,8 @@ struct UpdateOptions {
   std::string data;                     // folder of the data that the default scenes need
   uint32_t width = 640;
   uint32_t height = 480;
-  uint32_t repeats = 7;  // of every measurement; medians count
+  uint32_t most_rays = 1000000;  // where the ray-count sweep ends
+  uint32_t repeats = 7;          // of every measurement; medians count
   int threads = 2;
 };
 

@@ -20,26 +20,21 @@ constexpr float kWidestView = 0.8f;       // radians, full vertical angle: sees 
 constexpr float kNarrowest = 1.0f / 256;  // of it
 constexpr double kTolerance = 0.03;       // of the fraction that is looked for
 
-// A camera that turns towards what moves and can be zoomed.
+// A camera before everything that moves, which can be zoomed.
 class Zoom {
  public:
   Zoom(Arena& arena, const UpdateOptions& options)
       : width_(options.width), height_(options.height) {
     const ScenePose& pose = arena.pose_at(arena.time_of(0));
-    Box all, moving;
-    for (uint32_t i = 0; i < arena.scene().objects.size(); ++i) {
-      std::vector<vec3> at(arena.scene().meshes[arena.scene().objects[i].mesh].positions.size());
-      world_positions(arena.scene(), pose, i, at);
-      for (const vec3 p : at) all.extend(p);
-    }
+    Box moving;
     for (const Box& box : object_boxes(arena.scene(), pose)) moving.extend(box);
     const float aspect = float(width_) / float(height_);
-    eye_ = frame_box(all, direction_, kWidestView, aspect).to_world[3];
+    eye_ = frame_box(moving, direction_, kWidestView, aspect).to_world[3];
     target_ = moving.center();
   }
 
-  // What the camera sees at a zoom of 0 to 1, 1 being everything. The light stands behind the
-  // scene, so that shadow rays go through it.
+  // What the camera sees at a zoom of 0 to 1, 1 being everything that moves. The light stands
+  // behind the scene, so that shadow rays go through it.
   Picture picture(float zoom) const {
     const CameraView camera = look_at(eye_, target_, vec3(0, 1, 0), kWidestView * zoom);
     return {primary_rays(camera, width_, height_),
@@ -52,25 +47,27 @@ class Zoom {
   vec3 eye_{0.0f}, target_{0.0f};
 };
 
-// The fraction of treelets that the picture's rays reach.
-double fraction_of(const Arena& arena, const Picture& picture, uint32_t frame) {
+// The fraction of the deforming treelets that the picture's rays reach.
+// The pose must differ from the last one, for treelets of an unchanged pose stay made.
+double fraction_of(const Arena& arena, const Picture& picture, uint32_t& frame) {
   const Engine& lazy = *arena.find("sinew lazy");
-  lazy.pose(arena.time_of(frame));
+  lazy.pose(arena.time_of(frame++));
   trace_picture(lazy, picture);
   const UpdateStats stats = arena.world("sinew lazy")->stats();
   return double(stats.treelets_made) / double(std::max<uint64_t>(stats.treelets, 1));
 }
 
 // A zoom at which about this fraction is reached, by bisection in its logarithm.
-Picture picture_of(const Arena& arena, const Zoom& zoom, double fraction, double& reached) {
+Picture picture_of(const Arena& arena, const Zoom& zoom, double fraction, double& reached,
+                   uint32_t& frame) {
   float low = kNarrowest, high = 1.0f;
   Picture picture = zoom.picture(high);
-  reached = fraction_of(arena, picture, 0);
+  reached = fraction_of(arena, picture, frame);
   if (reached <= fraction) return picture;
   for (int step = 0; step < 10 && std::abs(reached / fraction - 1.0) > kTolerance; ++step) {
     const float middle = std::sqrt(low * high);
     picture = zoom.picture(middle);
-    reached = fraction_of(arena, picture, 0);
+    reached = fraction_of(arena, picture, frame);
     (reached > fraction ? high : low) = middle;
   }
   return picture;
@@ -118,7 +115,7 @@ Result<void> sweep_visible(Scene scene, const std::string& name, const UpdateOpt
   double last = 0.0;
   for (const double wanted : kFractions) {
     double fraction = 0.0;
-    const Picture picture = picture_of(arena, zoom, wanted, fraction);
+    const Picture picture = picture_of(arena, zoom, wanted, fraction, frame);
     if (fraction < last * 1.1) continue;  // no more can be seen
     last = fraction;
     prepare_embree(arena, picture);

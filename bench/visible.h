@@ -8,7 +8,7 @@
 namespace sinew::bench {
 
 // Rows "visible_fraction". A camera looks at the scene's middle through a narrower and narrower
-// lens; the fraction is of the treelets that rays reached in mode `lazy`.
+// lens; the fraction is of the deforming objects' treelets that rays reached in mode `lazy`.
 Result<void> sweep_visible(Scene scene, const std::string& name, const UpdateOptions& options,
                            UpdateReport& report);
 
