@@ -106,7 +106,9 @@ std::string sweep_plots(const json& rows, const char* table, const char* x_label
     LinePlot plot{.title = scene,
                   .x_label = x_label,
                   .y_label = "ms a frame, pose in, hits out",
-                  .x_percent = percent};
+                  .x_percent = percent,
+                  .lines = {},
+                  .marks = {}};
     for (const SweepLine& line : lines) {
       plot.lines.push_back(
           {line.method, color_of(line.method), line.method.starts_with("embree"), line.x, line.ms});
