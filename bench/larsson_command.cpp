@@ -40,7 +40,9 @@ LarssonCommand define_larsson(CLI::App& bench) {
   command->footer(
       "Up: the update, without making the vertices. Rt: all ray queries of a picture, without\n"
       "shading: primary rays, shadow rays to both lights, one reflection, and its shadow rays.\n"
-      "All methods answer the same rays. Theirs have one thread.\n\n"
+      "All methods answer the same rays. Theirs have one thread. Sinew's lazy method does what "
+      "its\n"
+      "hybrid one does, for the vertices are given.\n\n"
       "Examples:\n"
       "  sinew bench larsson --table 1 --json report.json\n"
       "  sinew bench larsson --table 2 --museum scene_museum/aff/museum5.aff\n");
