@@ -54,7 +54,7 @@ LarssonCommand define_larsson(CLI::App& bench) {
   c.add_option("--height", o.height, "Pixels (default: 480)")->check(CLI::Range(16, 8192));
   c.add_option("--frames", o.frames, "How many frames of the animation (default: 28)")
       ->check(CLI::Range(1, 1000));
-  c.add_option("--repeats", o.repeats, "Of subsampled frames; medians count (default: 3)")
+  c.add_option("--repeats", o.repeats, "Of every frame; medians count (default: 3)")
       ->check(CLI::Range(1, 1000));
   c.add_option("--threads", o.threads, "Of our second rows (default: 2)")
       ->check(CLI::Range(1, 256));

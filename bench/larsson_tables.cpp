@@ -130,7 +130,7 @@ FrameResult measure_frame(const TableScene& scene, Contest& contest, const Larss
 
   FrameResult out{frame, step, rays.total(), std::vector<Cell>(contest.contenders.size())};
   std::vector<std::vector<double>> update(out.cells.size()), trace(out.cells.size());
-  for (uint32_t r = 0; r < (step == 1 ? 1 : options.repeats); ++r) {
+  for (uint32_t r = 0; r < options.repeats; ++r) {
     for (size_t c = 0; c < out.cells.size(); ++c) {
       const Contender& contender = contest.contenders[c];
       const ThreadLimit limit(contender.threads);
