@@ -67,15 +67,13 @@ struct ClusterPiece {
   uint32_t first_target = 0;
   uint16_t joints = 0;           // JointFits
   uint16_t targets = 0;          // TargetFits
-  uint16_t reference_joint = 0;  // whose share is 1 - the others'; kNoJoint: not skinned
+  int32_t reference_joint = -1;  // whose share is 1 - the others'; -1: not skinned
   // How far the hull reaches, in units of kSupportUnit, along (0, +-1, +-1), (+-1, 0, +-1),
   // (+-1, +-1, 0); (+-1, +-1, +-1); (0, +-2, +-1), (+-2, 0, +-1), (+-2, +-1, 0); (0, +-1, +-2),
   // (+-1, 0, +-2), (+-1, +-2, 0); + before -, the first coordinate fastest. Along the axes it is 1.
   uint8_t support[kSupports] = {};
 };
 static_assert(sizeof(ClusterPiece) == 112);
-
-inline constexpr uint16_t kNoJoint = 0xffff;
 
 // What is known at rest of a body's clusters. Linear buffers, indices only; constant.
 struct ClusterBounds {
@@ -92,10 +90,9 @@ struct ClusterBounds {
   size_t bytes() const;  // of all buffers
 };
 
-// Whether boxes follow from a pose at all: of a FreeMotion nothing is known but its vertices.
-inline bool derivable(const Motion& motion) {
-  return !std::holds_alternative<FreeMotion>(motion);
-}
+// Whether boxes follow from a pose at all. False for FreeMotion, of which nothing is known but its
+// vertices, and for more than 65,535 morph targets.
+bool derivable(const Motion& motion);
 
 // Once a body, in parallel; the same bits for every thread count. The motion must be derivable, and
 // valid.

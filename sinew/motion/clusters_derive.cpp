@@ -230,7 +230,7 @@ void extend_by_piece(const ClusterPiece& piece, const ClusterBounds& bounds, con
                      Float4& low, Float4& high) {
   const Morphed morphed = piece.targets > 0 ? add_targets(piece, bounds, pose) : Morphed{};
   Posed posed = rest_in_space(piece, morphed);
-  if (piece.reference_joint != kNoJoint) posed = skinned(piece, morphed, posed, bounds, pose);
+  if (piece.reference_joint >= 0) posed = skinned(piece, morphed, posed, bounds, pose);
   const LatentMap& map = posed.map;
   const Support reach = support(piece.support, map.column[1], map.column[2], map.column[3]);
   const Float4 wider = posed.residual + piece.pad * posed.magnitude + kLeastPad;

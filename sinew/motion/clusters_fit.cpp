@@ -91,8 +91,9 @@ Frame make_frame(const FitSource& source, std::span<const uint32_t> vertices) {
     half = glm::max(half, glm::abs(glm::transpose(axes) * q));
   }
   const double widest = std::max({half.x, half.y, half.z});
-  if (widest == 0.0) return frame;                                 // a single point
-  half = glm::max(half, kLeastThickness * widest) * (1.0 + 1e-5);  // for the rounding to float
+  if (widest == 0.0) return frame;  // a single point
+  // More than the rounding of the axes to float can turn them out of the hull.
+  half = glm::max(half, kLeastThickness * widest) * (1.0 + 1e-5) + 4e-7 * widest;
   for (int k = 0; k < 3; ++k) frame.axes[k] = vec3(half[k] * axes[k]);
   const dmat3 to_latent =
       glm::inverse(dmat3(dvec3(frame.axes[0]), dvec3(frame.axes[1]), dvec3(frame.axes[2])));
@@ -197,7 +198,6 @@ class PieceFitter {
     store_support(frame_.latent, piece_.support);
     piece_.first_joint = static_cast<uint32_t>(out.joints.size());
     piece_.first_target = static_cast<uint32_t>(out.targets.size());
-    piece_.reference_joint = kNoJoint;
     values_.resize(vertices.size());
   }
 

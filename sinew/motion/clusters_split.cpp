@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "sinew/math/random.h"
+#include "sinew/motion/morph.h"
 
 namespace sinew {
 namespace {
@@ -122,7 +123,7 @@ class TrialPoses {
     for (const uint32_t v : vertices) box.extend(source.rest[v]);
     center_ = box.center();
     radius_ = 0.5f * length(box.extent());
-    if (source.morph) weights_.assign(target_count_of(*source.morph), 0.0f);
+    if (source.morph) weights_.assign(target_count(*source.morph), 0.0f);
   }
 
   double area(const Motion& motion, FitStore store) {
@@ -149,10 +150,6 @@ class TrialPoses {
   }
 
  private:
-  static size_t target_count_of(const MorphMotion& morph) {
-    return morph.rest.empty() ? 0 : morph.deltas.size() / morph.rest.size();
-  }
-
   // Turns about a pivot, then the view of the whole.
   Affine turn(Random& random, const mat3& view) const {
     constexpr float kMostRadians = 1.05f;
