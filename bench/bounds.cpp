@@ -32,7 +32,7 @@ TreeletVertices list_vertices(const Bvh8Layout& layout) {
       }
     }
     std::ranges::sort(list);
-    list.erase(std::ranges::unique(list).begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
     out.vertices.insert(out.vertices.end(), list.begin(), list.end());
     out.first.push_back(static_cast<uint32_t>(out.vertices.size()));
   }

@@ -286,7 +286,7 @@ class PieceFitter {
       weight_size_ = std::max(weight_size_, size);
     }
     std::ranges::sort(joints_);
-    joints_.erase(std::ranges::unique(joints_).begin(), joints_.end());
+    joints_.erase(std::unique(joints_.begin(), joints_.end()), joints_.end());
     if (joints_.empty()) joints_.push_back(0);  // all weights are 0
   }
 

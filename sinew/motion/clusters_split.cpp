@@ -36,7 +36,7 @@ WeightRows weight_rows(const SkinMotion& skin, std::span<const uint32_t> vertice
     }
   }
   std::ranges::sort(out.joints);
-  out.joints.erase(std::ranges::unique(out.joints).begin(), out.joints.end());
+  out.joints.erase(std::unique(out.joints.begin(), out.joints.end()), out.joints.end());
   out.rows.assign(vertices.size() * out.joints.size(), 0.0f);
   for (size_t i = 0; i < vertices.size(); ++i) {
     const size_t begin = size_t{vertices[i]} * skin.influences;

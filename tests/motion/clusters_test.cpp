@@ -30,7 +30,7 @@ struct Clusters {
   }
   void add(std::vector<uint32_t> list) {
     std::ranges::sort(list);
-    list.erase(std::ranges::unique(list).begin(), list.end());
+    list.erase(std::unique(list.begin(), list.end()), list.end());
     vertices.insert(vertices.end(), list.begin(), list.end());
     first.push_back(static_cast<uint32_t>(vertices.size()));
   }
