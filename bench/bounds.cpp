@@ -16,42 +16,18 @@
 namespace sinew::bench {
 namespace {
 
-// The unique vertices of each treelet.
-struct TreeletVertices {
-  std::vector<uint32_t> first = {0}, vertices;
-};
-
-TreeletVertices list_vertices(const Bvh8Layout& layout) {
-  TreeletVertices out;
-  std::vector<uint32_t> list;
-  for (const Treelet& treelet : layout.treelets) {
-    list.clear();
-    for (uint32_t p = 0; p < treelet.packet_count; ++p) {
-      for (const auto& triangle : layout.packet_vertices[treelet.first_packet + p].v) {
-        list.insert(list.end(), std::begin(triangle), std::end(triangle));
-      }
-    }
-    std::ranges::sort(list);
-    list.erase(std::unique(list.begin(), list.end()), list.end());
-    out.vertices.insert(out.vertices.end(), list.begin(), list.end());
-    out.first.push_back(static_cast<uint32_t>(out.vertices.size()));
-  }
-  return out;
-}
-
 // A mesh cut into treelets, with their bounds.
 struct Body {
   Motion motion;
   uint32_t triangles = 0;
-  TreeletVertices vertices;
+  std::vector<uint32_t> first, vertices;  // of each treelet; see ClusterVertices
   ClusterBounds bounds;
   Tree upper;  // over the treelets
   double make_ms = 0.0;
 
   uint32_t clusters() const { return bounds.clusters; }
   std::span<const uint32_t> cluster(uint32_t c) const {
-    return std::span(vertices.vertices)
-        .subspan(vertices.first[c], vertices.first[c + 1] - vertices.first[c]);
+    return std::span(vertices).subspan(first[c], first[c + 1] - first[c]);
   }
 };
 
@@ -66,9 +42,11 @@ Result<Body> make_body(const Mesh& mesh, bool skinned, const Pose& pose, uint32_
   std::vector<vec3> at(vertex_count(body.motion));
   positions(body.motion, pose, 0, at);
   SINEW_TRY(const Bvh8Layout layout, build_layout(at, mesh.triangles, {}));
-  body.vertices = list_vertices(layout);
+  for (const Treelet& treelet : layout.treelets) body.first.push_back(treelet.first_vertex);
+  body.first.push_back(static_cast<uint32_t>(layout.vertices.size()));
+  body.vertices = layout.vertices;
   body.make_ms = milliseconds([&] {
-    body.bounds = make_cluster_bounds(body.motion, {body.vertices.first, body.vertices.vertices},
+    body.bounds = make_cluster_bounds(body.motion, {body.first, body.vertices},
                                       {.weight_groups = weight_groups});
   });
   std::vector<Box> boxes(body.clusters());
@@ -95,7 +73,7 @@ struct Totals {
 // Interleaved repeats, so that noise hits all.
 void time_body(const Body& body, const Pose& pose, uint32_t repeats, std::span<Box> boxes,
                Totals& totals) {
-  std::vector<vec3> moved(body.vertices.vertices.size());
+  std::vector<vec3> moved(body.vertices.size());
   std::vector<double> derive, exact, move, whole;
   Box sink;
   for (uint32_t r = 0; r < repeats; ++r) {
@@ -166,7 +144,7 @@ nlohmann::json row_of(const std::string& name, const Bodies& bodies, const Total
     triangles += body.triangles;
     bytes += double(body.bounds.bytes());
     clusters += body.clusters();
-    vertices += double(body.vertices.vertices.size());
+    vertices += double(body.vertices.size());
     pieces += double(body.bounds.pieces.size());
     make_ms += body.make_ms;
   }

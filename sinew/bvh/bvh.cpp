@@ -44,6 +44,7 @@ Instance Bvh::instance() const {
   Instance instance;
   instance.nodes = bvh_.nodes.data();
   instance.packets = bvh_.packets.data();
+  instance.primitives = layout_.packet_primitives.data();
   instance.root = bvh_.root;
   return instance;
 }

@@ -2,6 +2,7 @@
 // triangles are left, the subtree is stored apart and linked by a word.
 #include <algorithm>
 
+#include "sinew/base/check.h"
 #include "sinew/bvh/collapse.h"
 #include "sinew/bvh/wide.h"
 
@@ -18,6 +19,7 @@ class LayoutMaker {
 
   Result<Bvh8Layout> run(uint32_t vertex_count) {
     layout_.vertex_count = vertex_count;
+    number_.assign(vertex_count, kUnnumbered);
     layout_.triangle_count = static_cast<uint32_t>(triangles_.size());
     if (tree_.empty()) return std::move(layout_);
     make_upper();
@@ -26,7 +28,7 @@ class LayoutMaker {
       return fail({ErrorKind::bad_input, "", "", "the tree is too deep to be traced",
                    "build it with build_binned or build_sweep"});
     }
-    if (layout_.packet_vertices.size() >= kMaxPackets) {
+    if (layout_.packet_corners.size() >= kMaxPackets) {
       return fail({ErrorKind::bad_input, "", "", "the mesh has too many triangles",
                    "split it into several objects"});
     }
@@ -104,9 +106,10 @@ class LayoutMaker {
   void make_treelet(Treelet& treelet) {
     const Task root = treelet_roots_[&treelet - layout_.treelets.data()];
     treelet.first_node = static_cast<uint32_t>(layout_.children.size());
-    treelet.first_packet = static_cast<uint32_t>(layout_.packet_vertices.size());
+    treelet.first_packet = static_cast<uint32_t>(layout_.packet_corners.size());
+    treelet.first_vertex = static_cast<uint32_t>(layout_.vertices.size());
     if (is_leaf(root.tree_node)) {
-      add_leaf(root.tree_node);
+      add_leaf(root.tree_node, treelet.first_vertex);
       layout_.depth = std::max(layout_.depth, root.depth);
     } else {
       std::vector<Task> queue = {{root.tree_node, new_node(), root.depth}};
@@ -118,7 +121,7 @@ class LayoutMaker {
         for (uint32_t lane = 0; lane < children.count; ++lane) {
           uint32_t word;
           if (is_leaf(children.node[lane])) {
-            word = add_leaf(children.node[lane]);
+            word = add_leaf(children.node[lane], treelet.first_vertex);
           } else {
             word = inner_word(new_node());
             queue.push_back({children.node[lane], word, task.depth + 1});
@@ -129,25 +132,40 @@ class LayoutMaker {
     }
     treelet.node_count = static_cast<uint32_t>(layout_.children.size()) - treelet.first_node;
     treelet.packet_count =
-        static_cast<uint32_t>(layout_.packet_vertices.size()) - treelet.first_packet;
+        static_cast<uint32_t>(layout_.packet_corners.size()) - treelet.first_packet;
+    treelet.vertex_count = static_cast<uint32_t>(layout_.vertices.size()) - treelet.first_vertex;
+    for (uint32_t i = treelet.first_vertex; i < layout_.vertices.size(); ++i) {
+      number_[layout_.vertices[i]] = kUnnumbered;
+    }
   }
 
-  uint32_t add_leaf(uint32_t node) {
+  // The vertex's place among those of the treelet being made.
+  uint8_t number(uint32_t vertex, uint32_t first_vertex) {
+    if (number_[vertex] == kUnnumbered) {
+      number_[vertex] = static_cast<uint8_t>(layout_.vertices.size() - first_vertex);
+      layout_.vertices.push_back(vertex);
+    }
+    return number_[vertex];
+  }
+
+  uint32_t add_leaf(uint32_t node, uint32_t first_vertex) {
     const TreeNode& leaf = tree_.nodes[node];
-    const auto first = static_cast<uint32_t>(layout_.packet_vertices.size());
+    const auto first = static_cast<uint32_t>(layout_.packet_corners.size());
     for (uint32_t i = 0; i < leaf.count(); i += kPacket) {
-      PacketVertices vertices;
-      std::array<uint32_t, kPacket> primitives;
+      PacketCorners corners;
+      PacketPrimitives primitives;
       for (uint32_t lane = 0; lane < kPacket; ++lane) {
         const bool used = i + lane < leaf.count();
         const uint32_t primitive = tree_.primitives[leaf.first() + i + (used ? lane : 0)];
         primitives[lane] = used ? primitive : kNoPrimitive;
-        for (int k = 0; k < 3; ++k) vertices.v[lane][k] = triangles_[primitive][k];
+        for (int k = 0; k < 3; ++k) {
+          corners.v[lane][k] = number(triangles_[primitive][k], first_vertex);
+        }
       }
-      layout_.packet_vertices.push_back(vertices);
+      layout_.packet_corners.push_back(corners);
       layout_.packet_primitives.push_back(primitives);
     }
-    return leaf_word(first, static_cast<uint32_t>(layout_.packet_vertices.size()) - first);
+    return leaf_word(first, static_cast<uint32_t>(layout_.packet_corners.size()) - first);
   }
 
   const Tree& tree_;
@@ -156,6 +174,8 @@ class LayoutMaker {
   uint32_t limit_;
   std::vector<uint32_t> counts_;
   std::vector<Task> treelet_roots_;  // one a treelet; wide_node unused
+  static constexpr uint8_t kUnnumbered = 255;
+  std::vector<uint8_t> number_;  // of every vertex, within the treelet being made
   Bvh8Layout layout_;
 };
 
@@ -164,6 +184,7 @@ class LayoutMaker {
 Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
                                std::span<const uvec3> triangles, uint32_t vertex_count,
                                uint32_t treelet_triangles) {
+  SINEW_CHECK(treelet_triangles > 0 && treelet_triangles <= kMaxTreeletTriangles);
   for (const TreeNode& node : tree.nodes) {
     if (node.is_leaf() && node.count() > kPacket * kMaxLeafPackets) {
       return fail({ErrorKind::bad_input, "", "", "a leaf of the tree holds too many triangles",

@@ -13,11 +13,15 @@
 
 namespace sinew {
 
+struct VisitedBody;  // visit.h
+
 // One object in the world: views only.
 struct Instance {
   const Node8* nodes = nullptr;
   const TrianglePacket* packets = nullptr;
-  uint32_t root = kNoChild;              // child word
+  const PacketPrimitives* primitives = nullptr;  // of every packet
+  uint32_t root = kNoChild;                      // child word; unused if there is a `body`
+  VisitedBody* body = nullptr;           // makes what a ray visits first; null: everything is made
   Affine to_object = identity_affine();  // world -> object; rays go through it unless `in_place`
   uint32_t object = 0;                   // Hit::object
   uint32_t mask = 0xffffffffu;           // rays see it if (mask & query mask) != 0
@@ -26,12 +30,19 @@ struct Instance {
   bool single_sided = false;             // the query's `facing` counts for it
 };
 
-// The top tree's leaves are child words kLeafBit | index of an instance. Without nodes there must
-// be at most one instance.
+// A leaf of a top tree that reaches into instances.
+struct TopLeaf {
+  uint32_t instance = 0;
+  uint32_t word = kNoChild;  // child word of a part of it; kNoChild: all of it
+};
+
+// The top tree's leaves are child words kLeafBit | index of a TopLeaf, or of an instance if there
+// are no TopLeafs. Without nodes there must be at most one instance, and no TopLeafs.
 struct SceneView {
   const Node8* top = nullptr;
   const Instance* instances = nullptr;
   uint32_t instance_count = 0;
+  const TopLeaf* leaves = nullptr;
 };
 
 // Asked about each candidate hit of instances that are `filtered`; false rejects it (a hole in an

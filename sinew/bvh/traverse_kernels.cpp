@@ -15,6 +15,7 @@
 
 #include "sinew/base/check.h"
 #include "sinew/bvh/traverse.h"
+#include "sinew/bvh/visit.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sinew {
@@ -183,10 +184,12 @@ class Traversal {
   Hit run() {
     const RaySetup setup(ray_.origin, ray_.direction);
     if (scene_.top == nullptr) {
-      if (scene_.instance_count > 0) visit_instance(scene_.instances[0], setup, stack_);
+      if (scene_.instance_count > 0) visit_leaf_of_top({0}, setup, stack_);
     } else {
       descend(scene_.top, 0, setup, stack_, [&](uint32_t word, StackEntry* base) {
-        return visit_instance(scene_.instances[word & ~kLeafBit], setup, base);
+        const uint32_t index = word & ~kLeafBit;
+        return visit_leaf_of_top(scene_.leaves != nullptr ? scene_.leaves[index] : TopLeaf{index},
+                                 setup, base);
       });
     }
     if (!best_) best_.t = std::numeric_limits<float>::infinity();
@@ -203,7 +206,7 @@ class Traversal {
     uint32_t word = root;
     alignas(64) float entry[kWidth];
     for (;;) {
-      if (is_leaf_word(word)) {
+      if (!is_inner_word(word)) {
         if (leaf(word, top)) return true;
       } else {
         const Node8& node = nodes[word];
@@ -253,37 +256,85 @@ class Traversal {
     return (--top)->word;
   }
 
-  bool visit_instance(const Instance& instance, const RaySetup& world, StackEntry* base) {
-    if ((instance.mask & options_.mask) == 0 || instance.root == kNoChild) return false;
-    if (instance.in_place) return visit_body(instance, world, base);
+  bool visit_leaf_of_top(const TopLeaf& leaf, const RaySetup& world, StackEntry* base) {
+    const Instance& instance = scene_.instances[leaf.instance];
+    if ((instance.mask & options_.mask) == 0) return false;
+    if (instance.in_place) return visit_body(instance, leaf.word, world, base);
     const RaySetup local(transform_point(instance.to_object, ray_.origin),
                          transform_vector(instance.to_object, ray_.direction));
-    return visit_body(instance, local, base);
+    return visit_body(instance, leaf.word, local, base);
   }
 
-  bool visit_body(const Instance& instance, const RaySetup& setup, StackEntry* base) {
+  // `part` is the child word of a part of the body, or kNoChild for all of it.
+  bool visit_body(const Instance& instance, uint32_t part, const RaySetup& setup,
+                  StackEntry* base) {
     side_ = 0.0f;
     if (instance.single_sided && options_.facing != Facing::any) {
       side_ = options_.facing == Facing::front ? 1.0f : -1.0f;
     }
-    return descend(instance.nodes, instance.root, setup, base, [&](uint32_t word, StackEntry*) {
-      const TrianglePacket* packet = instance.packets + leaf_first(word);
-      const TrianglePacket* const end = packet + leaf_packets(word);
-      for (; packet != end; ++packet) {
-        if (visit_packet(instance, *packet, setup)) return true;
-      }
-      return false;
+    uint32_t root = part != kNoChild ? part : instance.root;
+    if (part == kNoChild && instance.body != nullptr) {
+      VisitedBody& body = *instance.body;
+      if (!is_ready(body) && !visit_upper(body)) return look_through_body(instance, setup);
+      root = body.upper.load(std::memory_order_acquire);
+    }
+    if (root == kNoChild) return false;
+    return descend(instance.nodes, root, setup, base, [&](uint32_t word, StackEntry* free) {
+      return is_leaf_word(word) ? visit_leaf(instance, word, setup)
+                                : visit_treelet(instance, treelet_of(word), setup, free);
     });
   }
 
+  HWY_INLINE bool visit_leaf(const Instance& instance, uint32_t word, const RaySetup& setup) {
+    const uint32_t first = leaf_first(word), end = first + leaf_packets(word);
+    for (uint32_t p = first; p != end; ++p) {
+      if (visit_packet(instance, instance.packets[p], p, setup)) return true;
+    }
+    return false;
+  }
+
+  HWY_NOINLINE bool visit_treelet(const Instance& instance, uint32_t treelet, const RaySetup& setup,
+                                  StackEntry* base) {
+    VisitedBody& body = *instance.body;
+    uint32_t word = std::atomic_ref(body.bvh->links[treelet]).load(std::memory_order_acquire);
+    if (word >= kBeingMade) word = sinew::visit_treelet(body, treelet);
+    if (word == kNoChild) return look_through_treelet(instance, treelet, setup);
+    return descend(instance.nodes, word, setup, base,
+                   [&](uint32_t leaf, StackEntry*) { return visit_leaf(instance, leaf, setup); });
+  }
+
+  // Another thread makes the upper tree: all treelets, one after another.
+  HWY_NOINLINE bool look_through_body(const Instance& instance, const RaySetup& setup) {
+    Node8 node = empty_node();
+    alignas(64) float entry[kWidth];
+    for (uint32_t t = 0; t < instance.body->layout->treelets.size(); ++t) {
+      set_lane_box(node, 0, look_at_box(*instance.body, t));
+      if (test_boxes(node, setup, ray_.t_min, best_.t, entry) == 0) continue;
+      if (look_through_treelet(instance, t, setup)) return true;
+    }
+    return false;
+  }
+
+  // Another thread makes the treelet: all its packets, from a copy.
+  HWY_NOINLINE bool look_through_treelet(const Instance& instance, uint32_t treelet,
+                                         const RaySetup& setup) {
+    TreeletPackets packets;
+    look_at_packets(*instance.body, treelet, packets);
+    const Treelet& t = instance.body->layout->treelets[treelet];
+    for (uint32_t p = 0; p < t.packet_count; ++p) {
+      if (visit_packet(instance, packets[p], t.first_packet + p, setup)) return true;
+    }
+    return false;
+  }
+
   HWY_INLINE bool visit_packet(const Instance& instance, const TrianglePacket& packet,
-                               const RaySetup& setup) {
+                               uint32_t index, const RaySetup& setup) {
     PacketHits hits;
     counter_.packet();
     test_packet(packet, setup, ray_.t_min, best_.t, side_, hits);
     for (uint32_t bits = hits.bits; bits != 0; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits);
-      const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], packet.primitive[lane],
+      const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], instance.primitives[index][lane],
                     instance.object};
       if (hit.primitive == kNoPrimitive || !closer(hit)) continue;
       if (instance.filtered && options_.filter.accept != nullptr &&

@@ -1,33 +1,51 @@
-// Update mode `full`: all treelets, then the upper tree.
+// Updates of all treelets at once (`full`), and of their boxes only (`hybrid` and what `lazy`
+// begins with), each followed by the upper tree.
+#include <algorithm>
+#include <atomic>
+
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/bvh/update.h"
 #include "sinew/bvh/update_kernels.h"
+#include "sinew/bvh/visit.h"
 
 namespace sinew {
 namespace {
 
 constexpr uint32_t kTreeletsPerTask = 64;
+constexpr const char* kModeNames[] = {"auto", "full", "hybrid", "lazy"};
 
-// Copies the constant parts (child words, primitives) from the layout and empties all boxes.
-void allocate(const Bvh8Layout& layout, Bvh8& out) {
-  out.nodes.assign(layout.children.size(), empty_node());
-  for (size_t n = 0; n < layout.children.size(); ++n) {
-    for (uint32_t lane = 0; lane < kWidth; ++lane) {
-      const uint32_t word = layout.children[n][lane];
-      const bool linked = word != kNoChild && is_treelet_word(word);
-      out.nodes[n].child[lane] = linked ? made_word(layout.treelets[word & ~kTreeletBit]) : word;
-    }
+bool fits(const Bvh8Layout& layout, const Bvh8& bvh) {
+  return bvh.nodes.size() == layout.children.size() &&
+         bvh.packets.size() == layout.packet_corners.size() &&
+         bvh.links.size() == layout.treelets.size();
+}
+
+// Sizes the buffers and writes the child words of the upper tree, which hang treelets either by
+// links or by the words of their roots.
+void prepare(const Bvh8Layout& layout, bool by_links, Bvh8& out) {
+  const bool is_new = !fits(layout, out);
+  if (is_new) {
+    out.nodes = Buffer<Node8>(layout.children.size());
+    out.packets = Buffer<TrianglePacket>(layout.packet_corners.size());
+    out.links.assign(layout.treelets.size(), kUnmade);
   }
-  out.packets.resize(layout.packet_primitives.size());
-  for (size_t p = 0; p < out.packets.size(); ++p) {
-    for (uint32_t lane = 0; lane < kPacket; ++lane) {
-      out.packets[p].primitive[lane] = layout.packet_primitives[p][lane];
+  out.box = Box();
+  if (!is_new && out.by_links == by_links) return;
+  out.by_links = by_links;
+  const auto word_of = [&](uint32_t word) {
+    if (by_links || word == kNoChild || !is_treelet_word(word)) return word;
+    return made_word(layout.treelets[treelet_of(word)]);
+  };
+  for (uint32_t n = 0; n < layout.upper_nodes; ++n) {
+    out.nodes[n] = empty_node();
+    for (uint32_t lane = 0; lane < kWidth; ++lane) {
+      out.nodes[n].child[lane] = word_of(layout.children[n][lane]);
     }
   }
   out.root = kNoChild;
   if (layout.upper_nodes > 0) out.root = inner_word(0);
-  if (layout.upper_nodes == 0 && !layout.treelets.empty()) out.root = made_word(layout.treelets[0]);
+  if (layout.upper_nodes == 0 && !layout.treelets.empty()) out.root = word_of(treelet_word(0));
 }
 
 Box node_box(const Node8& node) {
@@ -42,32 +60,84 @@ void refit_upper(const Bvh8Layout& layout, Bvh8& out) {
     Node8& node = out.nodes[n];
     for (uint32_t lane = 0; lane < kWidth; ++lane) {
       const uint32_t word = layout.children[n][lane];
-      if (word == kNoChild || is_treelet_word(word)) continue;
-      set_lane_box(node, lane, node_box(out.nodes[word]));
+      if (is_inner_word(word)) set_lane_box(node, lane, node_box(out.nodes[word]));
     }
   }
+  if (layout.upper_nodes > 0) out.box = node_box(out.nodes[0]);
+}
+
+UpdateJob job_of(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
+  return {&layout, positions.data(), out.nodes.data(), out.packets.data()};
 }
 
 }  // namespace
 
-void update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
-  SINEW_CHECK(positions.size() == layout.vertex_count);
-  if (out.nodes.size() != layout.children.size() ||
-      out.packets.size() != layout.packet_vertices.size()) {
-    allocate(layout, out);
+const char* name_of(UpdateMode mode) {
+  return kModeNames[static_cast<int>(mode)];
+}
+
+std::optional<UpdateMode> update_mode_named(std::string_view name) {
+  for (int mode = 0; mode < 4; ++mode) {
+    if (name == kModeNames[mode]) return static_cast<UpdateMode>(mode);
   }
-  out.box = Box();
-  if (layout.treelets.empty()) return;
-  const UpdateJob job{layout.treelets.data(), layout.packet_vertices.data(),
-                      layout.upper_nodes,     positions.data(),
-                      layout.vertex_count,    out.nodes.data(),
-                      out.packets.data(),     &out.box};
+  return std::nullopt;
+}
+
+void reserve(const Bvh8Layout& layout, Bvh8& out) {
+  prepare(layout, true, out);
+}
+
+bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
+  SINEW_CHECK(positions.size() == layout.vertex_count);
+  prepare(layout, false, out);
+  const UpdateJob job = job_of(layout, positions, out);
+  std::atomic<bool> finite = true;
   parallel_for(layout.treelets.size(), kTreeletsPerTask, [&](size_t begin, size_t end) {
-    make_treelets(job, static_cast<uint32_t>(begin), static_cast<uint32_t>(end));
+    if (!make_treelets(job, static_cast<uint32_t>(begin), static_cast<uint32_t>(end), out.box)) {
+      finite.store(false, std::memory_order_relaxed);
+    }
   });
-  if (layout.upper_nodes == 0) return;
   refit_upper(layout, out);
-  out.box = node_box(out.nodes[0]);
+  return finite;
+}
+
+bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
+  SINEW_CHECK(positions.size() == layout.vertex_count);
+  reserve(layout, out);
+  const UpdateJob job = job_of(layout, positions, out);
+  std::atomic<bool> finite = true;
+  const auto exact = [&](uint32_t first, std::span<Box> boxes) {
+    if (!treelet_boxes(job, first, boxes)) finite.store(false, std::memory_order_relaxed);
+  };
+  update_upper(layout, exact, Threads::all, out);
+  return finite;
+}
+
+void update_upper(const Bvh8Layout& layout, TreeletBoxes box_of, Threads threads, Bvh8& out) {
+  reserve(layout, out);
+  std::fill(out.links.begin(), out.links.end(), kUnmade);
+  const auto update = [&](size_t begin, size_t end) {
+    Box boxes[kTreeletsPerTask];
+    const std::span<Box> some(boxes, end - begin);
+    box_of(static_cast<uint32_t>(begin), some);
+    for (size_t i = 0; i < some.size(); ++i) {
+      const Treelet& treelet = layout.treelets[begin + i];
+      if (layout.upper_nodes > 0) {
+        set_lane_box(out.nodes[treelet.parent_node], treelet.parent_lane, some[i]);
+      } else {
+        out.box = some[i];
+      }
+    }
+  };
+  const size_t count = layout.treelets.size();
+  if (threads == Threads::all) {
+    parallel_for(count, kTreeletsPerTask, update);
+  } else {
+    for (size_t i = 0; i < count; i += kTreeletsPerTask) {
+      update(i, std::min<size_t>(i + kTreeletsPerTask, count));
+    }
+  }
+  refit_upper(layout, out);
 }
 
 }  // namespace sinew

@@ -35,32 +35,54 @@ struct RowBox {
   }
 };
 
-// Loads vertices as four floats. The fourth belongs to the next vertex; the last vertex of all has
-// none, so it is read from a padded copy.
-class VertexReader {
- public:
-  VertexReader(const vec3* positions, uint32_t count) : positions_(positions), last_(count - 1) {
-    for (int axis = 0; axis < 3; ++axis) padded_[axis] = positions[last_][axis];
-  }
-  V4 load(uint32_t vertex) const {
-    return hn::LoadU(D4(), vertex == last_ ? padded_ : &positions_[vertex].x);
-  }
+// Finds values that are not finite: such a value times 0 is NaN and stays in the sum.
+struct FiniteCheck {
+  V4 sum;
 
- private:
-  const vec3* positions_;
-  uint32_t last_;
-  alignas(16) float padded_[4] = {};
+  HWY_INLINE FiniteCheck() : sum(hn::Zero(D4())) {}
+  HWY_INLINE void add(V4 row) { sum = hn::Add(sum, hn::Mul(row, hn::Zero(D4()))); }
+  HWY_INLINE bool holds() const {  // of the rows' first three values
+    const D4 d;
+    alignas(16) float values[4];
+    hn::Store(sum, d, values);
+    return values[0] + values[1] + values[2] == 0.0f;
+  }
 };
 
+// Copies a treelet's vertices to `at`: twelve bytes each, but for the last vertex of the body four
+// floats are read and written, and the next vertex covers the fourth.
+HWY_INLINE void gather(const UpdateJob& job, const Treelet& treelet, TreeletVertices& at,
+                       FiniteCheck& finite) {
+  const D4 d;
+  const uint32_t* const vertices = job.layout->vertices.data() + treelet.first_vertex;
+  const uint32_t last = job.layout->vertex_count - 1;
+  for (uint32_t i = 0; i < treelet.vertex_count; ++i) {
+    const uint32_t vertex = vertices[i];
+    if (HWY_UNLIKELY(vertex == last)) {
+      at[i] = job.positions[vertex];
+      at[i + 1] = vec3(0.0f);
+      finite.add(hn::LoadU(d, &at[i].x));
+    } else {
+      const V4 row = hn::LoadU(d, &job.positions[vertex].x);
+      finite.add(row);
+      hn::StoreU(row, d, &at[i].x);
+    }
+  }
+}
+
+HWY_INLINE V4 load(const TreeletVertices& at, uint32_t vertex) {
+  return hn::LoadU(D4(), &at[vertex].x);
+}
+
 // Packs four triangles and extends the box by them.
-HWY_INLINE void pack(const PacketVertices& vertices, const VertexReader& reader,
-                     TrianglePacket& out, RowBox& box) {
+HWY_INLINE void pack(const PacketCorners& corners, const TreeletVertices& at, TrianglePacket& out,
+                     RowBox& box) {
   const D4 d;
   for (int corner = 0; corner < 3; ++corner) {
-    const V4 a = reader.load(vertices.v[0][corner]);
-    const V4 b = reader.load(vertices.v[1][corner]);
-    const V4 c = reader.load(vertices.v[2][corner]);
-    const V4 e = reader.load(vertices.v[3][corner]);
+    const V4 a = load(at, corners.v[0][corner]);
+    const V4 b = load(at, corners.v[1][corner]);
+    const V4 c = load(at, corners.v[2][corner]);
+    const V4 e = load(at, corners.v[3][corner]);
     box.extend(a);
     box.extend(b);
     box.extend(c);
@@ -100,42 +122,94 @@ HWY_INLINE RowBox node_box(const Node8& node) {
   return box;
 }
 
-HWY_INLINE RowBox pack_leaf(const UpdateJob& job, const VertexReader& reader, uint32_t word) {
+HWY_INLINE RowBox pack_leaf(const UpdateJob& job, const TreeletVertices& at, uint32_t word) {
   RowBox box;
   const uint32_t first = leaf_first(word);
   for (uint32_t p = first; p < first + leaf_packets(word); ++p) {
-    pack(job.packet_vertices[p], reader, job.packets[p], box);
+    pack(job.layout->packet_corners[p], at, job.packets[p], box);
   }
   return box;
 }
 
-void make_treelets_kernel(const UpdateJob& job, uint32_t begin, uint32_t end) {
-  const VertexReader reader(job.positions, job.vertex_count);
-  for (uint32_t t = begin; t < end; ++t) {
-    const Treelet& treelet = job.treelets[t];
-    RowBox box;
-    if (treelet.node_count == 0) box = pack_leaf(job, reader, made_word(treelet));
-    // Children stand after their parents, so backwards is bottom-up.
-    for (uint32_t n = treelet.first_node + treelet.node_count; n-- > treelet.first_node;) {
-      Node8& node = job.nodes[n];
-      for (uint32_t lane = 0; lane < kWidth; ++lane) {
-        const uint32_t word = node.child[lane];
-        if (word == kNoChild) break;  // absent children stand last
-        store_lane(is_leaf_word(word) ? pack_leaf(job, reader, word) : node_box(job.nodes[word]),
-                   node, lane);
+HWY_INLINE RowBox make(const UpdateJob& job, const Treelet& treelet, const TreeletVertices& at) {
+  if (treelet.node_count == 0) return pack_leaf(job, at, made_word(treelet));
+  // Children stand after their parents, so backwards is bottom-up.
+  for (uint32_t n = treelet.first_node + treelet.node_count; n-- > treelet.first_node;) {
+    Node8& node = job.nodes[n];
+    for (uint32_t lane = 0; lane < kWidth; ++lane) {
+      const uint32_t word = job.layout->children[n][lane];
+      node.child[lane] = word;
+      node.unused[lane] = 0;
+      RowBox box;
+      if (word != kNoChild) {
+        box = is_leaf_word(word) ? pack_leaf(job, at, word) : node_box(job.nodes[word]);
       }
-    }
-    if (treelet.node_count > 0) box = node_box(job.nodes[treelet.first_node]);
-    if (job.upper_nodes > 0) {
-      store_lane(box, job.nodes[treelet.parent_node], treelet.parent_lane);
-    } else {
-      const D4 d;
-      alignas(16) float low[4], high[4];
-      hn::Store(box.low, d, low);
-      hn::Store(box.high, d, high);
-      *job.root_box = {vec3(low[0], low[1], low[2]), vec3(high[0], high[1], high[2])};
+      store_lane(box, node, lane);
     }
   }
+  return node_box(job.nodes[treelet.first_node]);
+}
+
+HWY_INLINE Box to_box(const RowBox& box) {
+  const D4 d;
+  alignas(16) float low[4], high[4];
+  hn::Store(box.low, d, low);
+  hn::Store(box.high, d, high);
+  return {vec3(low[0], low[1], low[2]), vec3(high[0], high[1], high[2])};
+}
+
+bool make_treelets_kernel(const UpdateJob& job, uint32_t begin, uint32_t end, Box& root_box) {
+  TreeletVertices at;
+  FiniteCheck finite;
+  for (uint32_t t = begin; t < end; ++t) {
+    const Treelet& treelet = job.layout->treelets[t];
+    gather(job, treelet, at, finite);
+    const RowBox box = make(job, treelet, at);
+    if (job.layout->upper_nodes > 0) {
+      store_lane(box, job.nodes[treelet.parent_node], treelet.parent_lane);
+    } else {
+      root_box = to_box(box);
+    }
+  }
+  return finite.holds();
+}
+
+Box make_treelet_kernel(const UpdateJob& job, uint32_t treelet, const TreeletVertices& at) {
+  return to_box(make(job, job.layout->treelets[treelet], at));
+}
+
+void pack_treelet_kernel(const Bvh8Layout& layout, uint32_t treelet, const TreeletVertices& at,
+                         TrianglePacket* out) {
+  const Treelet& t = layout.treelets[treelet];
+  RowBox box;
+  for (uint32_t p = 0; p < t.packet_count; ++p) {
+    pack(layout.packet_corners[t.first_packet + p], at, out[p], box);
+  }
+}
+
+bool treelet_boxes_kernel(const UpdateJob& job, uint32_t begin, Box* out, size_t count) {
+  const D4 d;
+  FiniteCheck finite;
+  const uint32_t last = job.layout->vertex_count - 1;
+  for (size_t i = 0; i < count; ++i) {
+    const Treelet& treelet = job.layout->treelets[begin + i];
+    const uint32_t* const vertices = job.layout->vertices.data() + treelet.first_vertex;
+    RowBox box;
+    for (uint32_t k = 0; k < treelet.vertex_count; ++k) {
+      V4 row;
+      if (HWY_UNLIKELY(vertices[k] == last)) {
+        const vec3 p = job.positions[last];
+        alignas(16) const float padded[4] = {p.x, p.y, p.z, 0.0f};
+        row = hn::Load(d, padded);
+      } else {
+        row = hn::LoadU(d, &job.positions[vertices[k]].x);
+      }
+      box.extend(row);
+      finite.add(row);
+    }
+    out[i] = to_box(box);
+  }
+  return finite.holds();
 }
 
 }  // namespace HWY_NAMESPACE
@@ -146,9 +220,25 @@ HWY_AFTER_NAMESPACE();
 namespace sinew {
 
 HWY_EXPORT(make_treelets_kernel);
+HWY_EXPORT(make_treelet_kernel);
+HWY_EXPORT(pack_treelet_kernel);
+HWY_EXPORT(treelet_boxes_kernel);
 
-void make_treelets(const UpdateJob& job, uint32_t begin, uint32_t end) {
-  HWY_DYNAMIC_DISPATCH(make_treelets_kernel)(job, begin, end);
+bool make_treelets(const UpdateJob& job, uint32_t begin, uint32_t end, Box& root_box) {
+  return HWY_DYNAMIC_DISPATCH(make_treelets_kernel)(job, begin, end, root_box);
+}
+
+Box make_treelet(const UpdateJob& job, uint32_t treelet, const TreeletVertices& at) {
+  return HWY_DYNAMIC_DISPATCH(make_treelet_kernel)(job, treelet, at);
+}
+
+void pack_treelet(const Bvh8Layout& layout, uint32_t treelet, const TreeletVertices& at,
+                  TrianglePacket* out) {
+  HWY_DYNAMIC_DISPATCH(pack_treelet_kernel)(layout, treelet, at, out);
+}
+
+bool treelet_boxes(const UpdateJob& job, uint32_t begin, std::span<Box> out) {
+  return HWY_DYNAMIC_DISPATCH(treelet_boxes_kernel)(job, begin, out.data(), out.size());
 }
 
 }  // namespace sinew

@@ -1,26 +1,40 @@
-// The kernel behind all updates: makes the insides of treelets.
+// The kernels behind all updates: boxes of treelets, and their insides.
 #pragma once
 
 #include <cstdint>
+#include <span>
 
 #include "sinew/bvh/wide.h"
 
 namespace sinew {
 
-// Views of a layout, its pose's buffers and the vertices.
+// Views of a layout and of the buffers of a pose.
 struct UpdateJob {
-  const Treelet* treelets = nullptr;
-  const PacketVertices* packet_vertices = nullptr;
-  uint32_t upper_nodes = 0;
-  const vec3* positions = nullptr;
-  uint32_t vertex_count = 0;          // > 0
-  Node8* nodes = nullptr;             // child words are set, boxes of absent children empty
-  TrianglePacket* packets = nullptr;  // primitives are set
-  Box* root_box = nullptr;            // written if there are no upper nodes
+  const Bvh8Layout* layout = nullptr;
+  const vec3* positions = nullptr;  // of all the body's vertices; null in make_treelet()
+  Node8* nodes = nullptr;
+  TrianglePacket* packets = nullptr;
 };
 
-// Makes the treelets [begin, end): packets, inner boxes, and the box in the parent's lane.
-// Different treelets may be made by different threads at once.
-void make_treelets(const UpdateJob& job, uint32_t begin, uint32_t end);
+// Vertices are read four floats at a time, so a span that kernels read ends one float before its
+// storage does.
+using TreeletVertices = std::array<vec3, kMaxTreeletVertices + 1>;
+
+// Makes the treelets [begin, end): packets, nodes, and the box in the parent's lane; or `root_box`
+// if there are no upper nodes. Different treelets may be made by different threads at once. Returns
+// whether all their vertices are finite.
+bool make_treelets(const UpdateJob& job, uint32_t begin, uint32_t end, Box& root_box);
+
+// Makes one treelet from the positions of its own vertices, in the order of Bvh8Layout::vertices.
+// The parent is left alone. Returns the treelet's box.
+Box make_treelet(const UpdateJob& job, uint32_t treelet, const TreeletVertices& at);
+
+// Packs the treelet's triangles into `out`, one packet after another.
+void pack_treelet(const Bvh8Layout& layout, uint32_t treelet, const TreeletVertices& at,
+                  TrianglePacket* out);
+
+// The exact boxes of the treelets [begin, begin + out.size()), from their vertices. Returns whether
+// all of these are finite.
+bool treelet_boxes(const UpdateJob& job, uint32_t begin, std::span<Box> out);
 
 }  // namespace sinew

@@ -1,6 +1,7 @@
 // Checks every invariant of the traced layout; run after each pass in tests and debug builds.
 #include <string>
 
+#include "sinew/bvh/visit.h"
 #include "sinew/bvh/wide.h"
 
 namespace sinew {
@@ -16,10 +17,12 @@ class Validator {
     if (positions_.size() != layout_.vertex_count) return "vertex counts differ";
     if (triangles_.size() != layout_.triangle_count) return "triangle counts differ";
     if (bvh_.nodes.size() != layout_.children.size()) return "node counts differ";
-    if (bvh_.packets.size() != layout_.packet_vertices.size()) return "packet counts differ";
+    if (bvh_.packets.size() != layout_.packet_corners.size()) return "packet counts differ";
     seen_nodes_.assign(bvh_.nodes.size(), 0);
     seen_packets_.assign(bvh_.packets.size(), 0);
     seen_primitives_.assign(triangles_.size(), 0);
+    check_treelets();
+    if (!problem_.empty()) return problem_;
     if (bvh_.root == kNoChild) {
       if (!triangles_.empty()) problem_ = "there are triangles, but no root";
     } else {
@@ -28,7 +31,6 @@ class Validator {
     for (size_t i = 0; i < seen_primitives_.size(); ++i) {
       if (!seen_primitives_[i]) report("triangle " + std::to_string(i) + " is in no leaf");
     }
-    check_treelets();
     return problem_;
   }
 
@@ -41,7 +43,7 @@ class Validator {
     if (!problem_.empty()) return;
     if (depth > kMaxDepth) return report("deeper than kMaxDepth");
     if (is_leaf_word(word)) return check_leaf(word, outer);
-    if (is_treelet_word(word)) return report("a treelet word is left in a made tree");
+    if (is_treelet_word(word)) return walk_link(treelet_of(word), outer, depth);
     if (word >= bvh_.nodes.size()) return report("a child word is out of range");
     if (seen_nodes_[word]++) return report("node " + std::to_string(word) + " has two parents");
     const Node8& node = bvh_.nodes[word];
@@ -57,6 +59,36 @@ class Validator {
     }
   }
 
+  // A treelet that no ray came to has nothing that could be checked but that it stands aside.
+  void walk_link(uint32_t treelet, const Box& outer, uint32_t depth) {
+    if (treelet >= bvh_.links.size()) return report("a treelet word is out of range");
+    const uint32_t made = bvh_.links[treelet];
+    if (made == kBeingMade) return report("treelet " + std::to_string(treelet) + " is half made");
+    if (made != kUnmade) return walk(made, outer, depth);
+    const Treelet& t = layout_.treelets[treelet];
+    for (uint32_t p = t.first_packet; p < t.first_packet + t.packet_count; ++p) {
+      if (seen_packets_[p]++) report("packet " + std::to_string(p) + " is in two leaves");
+      for (uint32_t lane = 0; lane < kPacket; ++lane) check_unmade_lane(t, p, lane, outer);
+    }
+  }
+
+  void check_unmade_lane(const Treelet& treelet, uint32_t p, uint32_t lane, const Box& outer) {
+    const uint32_t primitive = layout_.packet_primitives[p][lane];
+    if (primitive == kNoPrimitive) return;
+    if (primitive >= triangles_.size()) return report("a primitive is out of range");
+    if (seen_primitives_[primitive]++) {
+      return report("triangle " + std::to_string(primitive) + " is in two places");
+    }
+    for (int corner = 0; corner < 3; ++corner) {
+      const uint8_t number = layout_.packet_corners[p].v[lane][corner];
+      const uint32_t vertex = layout_.vertices[treelet.first_vertex + number];
+      if (vertex != triangles_[primitive][corner]) return report("a packet's vertices are wrong");
+      if (!outer.contains(positions_[vertex])) {
+        return report("vertex " + std::to_string(vertex) + " leaves the box of its treelet");
+      }
+    }
+  }
+
   void check_leaf(uint32_t word, const Box& box) {
     const uint32_t first = leaf_first(word), count = leaf_packets(word);
     if (size_t{first} + count > bvh_.packets.size()) return report("a leaf is out of range");
@@ -68,7 +100,7 @@ class Validator {
 
   void check_lane(uint32_t p, uint32_t lane, const Box& box) {
     const TrianglePacket& packet = bvh_.packets[p];
-    const uint32_t primitive = packet.primitive[lane];
+    const uint32_t primitive = layout_.packet_primitives[p][lane];
     if (primitive == kNoPrimitive) {
       if (lane == 0) report("packet " + std::to_string(p) + " is empty");
       return;
@@ -78,7 +110,8 @@ class Validator {
       return report("triangle " + std::to_string(primitive) + " is in two places");
     }
     for (int corner = 0; corner < 3; ++corner) {
-      const uint32_t vertex = layout_.packet_vertices[p].v[lane][corner];
+      const uint8_t number = layout_.packet_corners[p].v[lane][corner];
+      const uint32_t vertex = layout_.vertices[treelet_of_packet_[p]->first_vertex + number];
       if (vertex != triangles_[primitive][corner]) return report("a packet's vertices are wrong");
       const vec3 at = positions_[vertex];
       const vec3 packed(packet.v[corner][0][lane], packet.v[corner][1][lane],
@@ -94,12 +127,17 @@ class Validator {
   }
 
   void check_treelets() {
+    treelet_of_packet_.assign(layout_.packet_corners.size(), nullptr);
     for (size_t t = 0; t < layout_.treelets.size(); ++t) {
       const Treelet& treelet = layout_.treelets[t];
       if (treelet.first_node + treelet.node_count > bvh_.nodes.size() ||
           treelet.first_packet + treelet.packet_count > bvh_.packets.size() ||
-          treelet.packet_count == 0) {
+          treelet.packet_count == 0 ||
+          treelet.first_vertex + treelet.vertex_count > layout_.vertices.size()) {
         return report("treelet " + std::to_string(t) + " is out of range");
+      }
+      for (uint32_t p = 0; p < treelet.packet_count; ++p) {
+        treelet_of_packet_[treelet.first_packet + p] = &treelet;
       }
       if (layout_.upper_nodes > 0 && layout_.children[treelet.parent_node][treelet.parent_lane] !=
                                          treelet_word(static_cast<uint32_t>(t))) {
@@ -112,6 +150,7 @@ class Validator {
   const Bvh8& bvh_;
   std::span<const vec3> positions_;
   std::span<const uvec3> triangles_;
+  std::vector<const Treelet*> treelet_of_packet_;
   std::vector<uint8_t> seen_nodes_, seen_packets_, seen_primitives_;
   std::string problem_;
 };

@@ -3,8 +3,9 @@
 //   Layout (constant)                     Bvh8 (one a pose)
 //   ------------------------------       --------------------------------
 //   children of every node                nodes:   8 boxes + 8 child words
-//   vertex indices of every packet        packets: 4 triangles as vertices
-//   treelets: which nodes and packets
+//   triangles and corners of packets      packets: 4 triangles as vertices
+//   treelets: which nodes, packets        links:   what is made of every treelet
+//             and vertices
 //
 //                 [0 root]                        nodes [0, upper_nodes) are the upper tree
 //                /   |    \                       (parents before children);
@@ -18,9 +19,10 @@
 // own vertices. A child word says what hangs below a box:
 //
 //   31 30 29 ............................ 0
-//    0  0  index of an inner node
-//    0  1  index of a treelet (only in layouts; a made treelet is linked by its root node's index)
-//    1  first packet << 3 | packets - 1     a leaf: 1 to 8 packets
+//    0  index of an inner node
+//    1  0  first packet << 3 | packets - 1  a leaf: 1 to 8 packets
+//    1  1  index of a treelet, which is looked up in `links` (traverse.h); in trees that are made
+//          as a whole, treelets are linked by the words of their roots instead
 //   0xffffffff                              no child; its box is empty, so no ray enters
 #pragma once
 
@@ -30,6 +32,7 @@
 #include <string>
 #include <vector>
 
+#include "sinew/base/buffer.h"
 #include "sinew/base/error.h"
 #include "sinew/bvh/bounds.h"
 #include "sinew/bvh/build.h"
@@ -42,10 +45,12 @@ inline constexpr uint32_t kWidth = 8;   // children of a node
 inline constexpr uint32_t kPacket = 4;  // triangles in a packet
 inline constexpr uint32_t kNoChild = 0xffffffffu;
 inline constexpr uint32_t kLeafBit = 0x80000000u;
-inline constexpr uint32_t kTreeletBit = 0x40000000u;
+inline constexpr uint32_t kTreeletBits = 0xc0000000u;
 inline constexpr uint32_t kMaxLeafPackets = 8;
-inline constexpr uint32_t kMaxPackets = 1u << 28;  // what a leaf word can address
-inline constexpr uint32_t kMaxDepth = 80;          // nodes from a root to a leaf; sizes the stacks
+inline constexpr uint32_t kMaxPackets = 1u << 27;     // what a leaf word can address
+inline constexpr uint32_t kMaxTreeletTriangles = 85;  // so that a byte numbers their vertices
+inline constexpr uint32_t kMaxTreeletVertices = 255;
+inline constexpr uint32_t kMaxDepth = 80;  // nodes from a root to a leaf; sizes the stacks
 inline constexpr uint32_t kNoPrimitive = 0xffffffffu;
 
 // Boxes as structure of arrays, so one SIMD test takes all eight.
@@ -72,22 +77,23 @@ inline void set_lane_box(Node8& node, uint32_t lane, const Box& box) {
 }
 
 // Triangles as vertices, not edges, so neighbours share exact corners (watertight). Unused lanes
-// repeat lane 0's triangle with primitive kNoPrimitive.
-struct alignas(32) TrianglePacket {
+// repeat lane 0's triangle.
+struct alignas(16) TrianglePacket {
   float v[3][3][kPacket];  // [corner][axis][lane]
-  uint32_t primitive[kPacket];
 };
-static_assert(sizeof(TrianglePacket) == 160);
+static_assert(sizeof(TrianglePacket) == 144);
 
 struct Treelet {
   uint32_t first_node = 0;
   uint32_t node_count = 0;  // 0: the treelet is a single leaf
   uint32_t first_packet = 0;
   uint32_t packet_count = 0;
+  uint32_t first_vertex = 0;  // in Bvh8Layout::vertices
+  uint32_t vertex_count = 0;
   uint32_t parent_node = 0;  // whose box and child word number `parent_lane` are this treelet's;
   uint32_t parent_lane = 0;  // without meaning if the layout has no upper nodes
 };
-static_assert(sizeof(Treelet) == 24);
+static_assert(sizeof(Treelet) == 32);
 
 inline constexpr uint32_t inner_word(uint32_t node) {
   return node;
@@ -96,13 +102,19 @@ inline constexpr uint32_t leaf_word(uint32_t first_packet, uint32_t packets) {
   return kLeafBit | first_packet << 3 | (packets - 1);
 }
 inline constexpr uint32_t treelet_word(uint32_t treelet) {
-  return kTreeletBit | treelet;
+  return kTreeletBits | treelet;
+}
+inline constexpr bool is_inner_word(uint32_t word) {
+  return (word & kLeafBit) == 0;
 }
 inline constexpr bool is_leaf_word(uint32_t word) {
-  return (word & kLeafBit) != 0;
+  return (word >> 30) == 2;
 }
-inline constexpr bool is_treelet_word(uint32_t word) {
-  return (word >> 30) == 1;
+inline constexpr bool is_treelet_word(uint32_t word) {  // of a word that is not kNoChild
+  return word >= kTreeletBits;
+}
+inline constexpr uint32_t treelet_of(uint32_t word) {
+  return word & ~kTreeletBits;
 }
 inline constexpr uint32_t leaf_first(uint32_t word) {
   return (word & ~kLeafBit) >> 3;
@@ -116,34 +128,39 @@ inline uint32_t made_word(const Treelet& t) {
   return t.node_count > 0 ? inner_word(t.first_node) : leaf_word(t.first_packet, t.packet_count);
 }
 
-// Vertex indices of a packet's triangles: [lane] = (v0, v1, v2).
-struct PacketVertices {
-  uint32_t v[kPacket][3];
+// The corners of a packet's triangles, as numbers within their treelet's vertices.
+struct PacketCorners {
+  uint8_t v[kPacket][3];  // [lane][corner]
 };
-static_assert(sizeof(PacketVertices) == 48);
+static_assert(sizeof(PacketCorners) == 12);
+using PacketPrimitives = std::array<uint32_t, kPacket>;  // kNoPrimitive: an unused lane
 
 // What stays the same while the body moves.
 struct Bvh8Layout {
   uint32_t upper_nodes = 0;  // 0: the whole body is treelet 0 (or nothing)
   std::vector<std::array<uint32_t, kWidth>> children;  // of every node; treelets by treelet word
-  std::vector<PacketVertices> packet_vertices;
-  std::vector<std::array<uint32_t, kPacket>> packet_primitives;
+  std::vector<PacketCorners> packet_corners;
+  std::vector<PacketPrimitives> packet_primitives;
   std::vector<Treelet> treelets;
-  uint32_t depth = 0;  // nodes on the longest path
+  std::vector<uint32_t> vertices;  // of every treelet, each once: indices of the body's
+  uint32_t depth = 0;              // nodes on the longest path
   uint32_t vertex_count = 0;
   uint32_t triangle_count = 0;
 };
 
-// What one pose looks like. Linear buffers, indices only.
+// What one pose looks like. Linear buffers, indices only. Every treelet has its place in them;
+// pages of treelets that were never made are never touched.
 struct Bvh8 {
-  std::vector<Node8> nodes;
-  std::vector<TrianglePacket> packets;
-  uint32_t root = kNoChild;  // child word of the whole
-  Box box;                   // of everything; empty if there is nothing
+  Buffer<Node8> nodes;
+  Buffer<TrianglePacket> packets;
+  std::vector<uint32_t> links;  // one a treelet, see visit.h; atomic while rays are traced
+  uint32_t root = kNoChild;     // child word of the whole
+  bool by_links = false;        // treelets hang by treelet words, not by the words of their roots
+  Box box;                      // of everything; empty if there is nothing
 };
 
 // Collapses the tree, whose boxes are `bounds`, into eight-wide nodes and cuts it into treelets of
-// at most `treelet_triangles`.
+// at most `treelet_triangles` (1 to kMaxTreeletTriangles).
 Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
                                std::span<const uvec3> triangles, uint32_t vertex_count,
                                uint32_t treelet_triangles = 64);

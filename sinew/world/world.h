@@ -2,6 +2,7 @@
 // set_time (or set_pose and commit) says where things are.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -12,6 +13,7 @@
 #include "sinew/base/error.h"
 #include "sinew/bvh/build.h"
 #include "sinew/bvh/traverse.h"
+#include "sinew/bvh/update.h"
 #include "sinew/math/box.h"
 #include "sinew/math/ray.h"
 #include "sinew/motion/motion.h"
@@ -37,11 +39,29 @@ struct ObjectDesc {
   bool single_sided = false;  // see Facing
 };
 
+// What commit() did, and what rays have made since.
 struct UpdateStats {
   double update_ms = 0.0;  // of the last commit
-  uint64_t triangles_updated = 0;
   uint32_t objects_present = 0;
+  uint32_t objects_skipped = 0;  // left out of this frame: a vertex of theirs is not finite
+  // Deforming objects by what was done to them:
+  uint32_t unchanged = 0, full = 0, hybrid = 0, lazy = 0;
+  uint64_t triangles_updated = 0;  // of the objects that are not unchanged
+  uint64_t treelets = 0;           // of present deforming objects
+  uint64_t treelets_made = 0;      // of these, for the last pose, by the update or by rays
 };
+
+// How an object of mode `automatic` was updated, and why.
+struct UpdateChoice {
+  UpdateMode mode = UpdateMode::lazy;
+  float reached = 0.0f;  // share of its treelets that rays reached, when that was last known
+  const char* why = "its first frame";
+};
+
+// What hangs below the top tree: whole objects, or the treelets of all deforming objects and whole
+// rigid ones ("one tree"), which pays where deforming objects overlap. Treelets need their boxes in
+// every frame, so objects that no ray reaches cost a little more.
+enum class TopTree : uint8_t { objects, treelets };
 
 // A box of the hierarchy.
 struct TreeBox {
@@ -63,15 +83,26 @@ class World {
   void set_visible(ObjectId object, bool visible);
   void set_mask(ObjectId object, uint32_t mask);
 
+  // `automatic` unless said otherwise. All modes give the same hits.
+  void set_update_mode(UpdateMode mode);
+  void set_top_tree(TopTree top);
+
   // The pose counts from the next commit; its spans must live until then. An error if it does not
   // fit the body's motion.
   Result<void> set_pose(ObjectId object, const Pose& pose);
 
-  // Updates every object whose pose changed, then the top tree. Must not overlap queries.
+  // Brings every object to its pose, then the top tree. Must not overlap queries.
   void commit();
 
-  // For worlds made by prepare(): samples the clip and commits. The world keeps the pose.
+  // The same without touching what queries see, so that one frame can be posed while another is
+  // traced; flip() then shows it. Only flip() must not overlap queries. Takes twice the memory.
+  void stage();
+  void flip();
+
+  // For worlds made by prepare(): samples the clip and commits, or stages. The world keeps the
+  // pose.
   Result<void> set_time(double seconds);
+  Result<void> stage_time(double seconds);
   const ScenePose& pose() const;
 
   std::optional<Hit> closest_hit(const Ray& ray) const;
@@ -90,11 +121,19 @@ class World {
   // box, at the level where it hangs in the top tree.
   std::vector<TreeBox> boxes(uint32_t level) const;
 
-  Box box() const;                                         // of all present objects, world space
-  std::span<const vec3> positions(ObjectId object) const;  // of its vertices, in object space
-  Affine placement(ObjectId object) const;                 // object -> world
-  bool mirrored(ObjectId object) const;  // its placement turns triangles inside out
+  Box box() const;  // of all present objects, world space
+
+  // Vertices of an object, in its own space. known_positions() is one a vertex where the update
+  // computed them all, and empty for lazy objects; the others always answer.
+  std::span<const vec3> known_positions(ObjectId object) const;
+  void positions(ObjectId object, std::span<vec3> out) const;  // one a vertex
+  vec3 position(ObjectId object, uint32_t vertex) const;
+  std::array<vec3, 3> triangle(ObjectId object, uint32_t primitive) const;
+
+  Affine placement(ObjectId object) const;  // object -> world
+  bool mirrored(ObjectId object) const;     // its placement turns triangles inside out
   UpdateStats stats() const;
+  UpdateChoice choice(ObjectId object) const;
   std::string validate() const;  // empty text if every invariant holds
 
  private:
@@ -104,8 +143,10 @@ class World {
 };
 
 struct PrepareOptions {
-  std::string clip;  // name or index; empty: the first clip if there is one; "rest": none
+  std::string clip{};  // name or index; empty: the first clip if there is one; "rest": none
   BuildConfig build{};
+  UpdateMode update = UpdateMode::automatic;
+  TopTree top_tree = TopTree::objects;
 };
 
 // Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.

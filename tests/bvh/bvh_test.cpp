@@ -163,7 +163,7 @@ TEST(Update, EveryInvariantHoldsAfterEveryPose) {
   std::vector<Box> boxes(shape.triangles.size());
   triangle_boxes(shape.positions, shape.triangles, boxes);
   const Tree tree = build_binned(boxes);
-  for (const uint32_t treelet : {1u, 16u, 64u, 1000000u}) {
+  for (const uint32_t treelet : {1u, 16u, 64u, kMaxTreeletTriangles}) {
     const Bvh8Layout layout = *make_layout(tree, refit(tree, boxes), shape.triangles,
                                            static_cast<uint32_t>(shape.positions.size()), treelet);
     Bvh8 bvh;
