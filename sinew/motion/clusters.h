@@ -36,19 +36,23 @@ using Bfloat16 = uint16_t;
 
 // What one joint does to a piece, beside the reference joint: the products of its weight w with the
 // vertex (q, 1), q against the piece's centre. Row r is (w q_x, w q_y, w q_z, w)[r]
-// = affine[r] . (1, s1, s2, s3) +- residual[r].
+// = affine[r] . (1, s1, s2, s3) +- residual[r], where affine[3][0] is taken with weight_rest added:
+// it may act on joints that are far apart.
 struct JointFit {
   Bfloat16 affine[4][4];
   Bfloat16 residual[4];
+  Bfloat16 weight_rest = 0;
   uint16_t joint = 0;
-  uint16_t unused = 0;
 };
 static_assert(sizeof(JointFit) == 44);
 
-// What one morph target does to a piece: delta = column[0] + column[1] s1 + ... +- residual. Each
-// column is x, y, z and one more entry: the residual's x, y, z, then 0.
+// What one morph target does to a piece:
+//   delta = target_unit * offset + slope[0] s1 + slope[1] s2 + slope[2] s3 +- residual.
+// The offset is fixed-point because it may be much larger than the piece.
 struct TargetFit {
-  Bfloat16 column[4][4];
+  int16_t offset[3];
+  Bfloat16 residual_x;
+  Bfloat16 slope[3][4];  // x, y, z and one more entry: the residual's y, its z, then 0
   uint16_t target = 0;
 };
 static_assert(sizeof(TargetFit) == 34);
@@ -63,6 +67,7 @@ struct ClusterPiece {
   vec3 axes[3] = {};
   float pad = 0.0f;  // of the box, against max_j(|M_j||p| + |t_j|): every rounding in positions()
                      // and here, and the weights' distance from a sum of 1
+  float target_unit = 0.0f;
   uint32_t first_joint = 0;
   uint32_t first_target = 0;
   uint16_t joints = 0;           // JointFits
@@ -73,7 +78,7 @@ struct ClusterPiece {
   // (+-1, 0, +-2), (+-1, +-2, 0); + before -, the first coordinate fastest. Along the axes it is 1.
   uint8_t support[kSupports] = {};
 };
-static_assert(sizeof(ClusterPiece) == 112);
+static_assert(sizeof(ClusterPiece) == 116);
 
 // What is known at rest of a body's clusters. Linear buffers, indices only; constant.
 struct ClusterBounds {
