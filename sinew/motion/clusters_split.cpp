@@ -16,7 +16,7 @@ namespace {
 constexpr uint32_t kMaxGroups = 4;
 constexpr uint32_t kTrialPoses = 6;
 constexpr uint32_t kRounds = 8;        // of k-means
-constexpr double kWorthAGroup = 0.88;  // one more group must shrink the boxes at least to this
+constexpr double kWorthAGroup = 0.86;  // one more group must shrink the boxes at least to this
 
 // A vertex's weights, as a row over the joints that move the cluster.
 struct WeightRows {
