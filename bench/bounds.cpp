@@ -35,7 +35,7 @@ void exact_boxes(const Body& body, const Pose& pose, std::span<Box> out) {
   for (uint32_t c = 0; c < out.size(); ++c) out[c] = bounds(body.motion, pose, body.cluster(c));
 }
 
-Result<Body> make_body(const Mesh& mesh, bool skinned, const Pose& pose, uint32_t weight_groups) {
+Result<Body> make_body(const Mesh& mesh, bool skinned, const Pose& pose, uint32_t most_pieces) {
   Body body;
   body.motion = motion_of(mesh, skinned);
   body.triangles = static_cast<uint32_t>(mesh.triangles.size());
@@ -46,8 +46,8 @@ Result<Body> make_body(const Mesh& mesh, bool skinned, const Pose& pose, uint32_
   body.first.push_back(static_cast<uint32_t>(layout.vertices.size()));
   body.vertices = layout.vertices;
   body.make_ms = milliseconds([&] {
-    body.bounds = make_cluster_bounds(body.motion, {body.first, body.vertices},
-                                      {.weight_groups = weight_groups});
+    body.bounds =
+        make_cluster_bounds(body.motion, {body.first, body.vertices}, {.most_pieces = most_pieces});
   });
   std::vector<Box> boxes(body.clusters());
   exact_boxes(body, pose, boxes);
@@ -132,7 +132,7 @@ Result<Bodies> make_bodies(const Scene& scene, const ScenePose& pose,
         std::ranges::count(options.skip, scene.nodes[object.node].name) > 0) {
       continue;
     }
-    SINEW_TRY(Body body, make_body(mesh, key.second, pose.objects[i], options.weight_groups));
+    SINEW_TRY(Body body, make_body(mesh, key.second, pose.objects[i], options.most_pieces));
     bodies.emplace(key, std::move(body));
   }
   return bodies;

@@ -65,7 +65,7 @@ BoundsCommand define_bounds(CLI::App& bench) {
       ->check(CLI::Range(1, 1000));
   c.add_option("--repeats", o.repeats, "Of every measurement; medians count (default: 7)")
       ->check(CLI::Range(1, 1000));
-  c.add_option("--weight-groups", o.weight_groups, "Parts of a cluster, at most (default: 4)")
+  c.add_option("--pieces", o.most_pieces, "Parts of a cluster, at most (default: 4)")
       ->check(CLI::Range(1, 4));
   c.add_option("--json", job->json, "Write the report; - for stdout, without the table");
   return {[command] { return command->parsed(); }, [job] { return print_table(*job); }};

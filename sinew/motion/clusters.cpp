@@ -136,7 +136,7 @@ void make_fits(const M& motion, const ClusterVertices& clusters, const ClusterCo
   out.first_piece.push_back(static_cast<uint32_t>(store.pieces.size()));
   std::vector<uint32_t> body = body_vertices(source, clusters);
   if (!source.skin || !fit_regions(source, body, store)) {
-    fit_parts(source, body, std::min(kMostBodyParts, out.clusters / 4), store);
+    fit_parts(source, body, std::min(kMostBodyParts, out.clusters / 2), store);
   }
   out.first_piece.push_back(static_cast<uint32_t>(store.pieces.size()));
   out.pieces = std::move(store.pieces);

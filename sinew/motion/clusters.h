@@ -26,9 +26,10 @@ struct ClusterVertices {
 };
 
 struct ClusterConfig {
-  // Into how many parts of like weights a skinned cluster may be split, 1 to 4. A split is kept
-  // only where it makes the boxes of trial poses smaller; each part takes as long as a cluster.
-  uint32_t weight_groups = 4;
+  // Into how many pieces a cluster may be split, 1 to 4: vertices of like weights, near each other.
+  // A split is kept only where it makes the boxes of trial poses smaller by a tenth. Each piece
+  // takes as long to derive, and as much memory, as a cluster that is not split.
+  uint32_t most_pieces = 4;
 };
 
 // The upper half of a float: 8 bits of mantissa.
@@ -60,7 +61,7 @@ static_assert(sizeof(TargetFit) == 34);
 inline constexpr uint32_t kSupports = 44;
 inline constexpr float kSupportUnit = 1.0f / 85.0f;  // the farthest possible is 3
 
-// Vertices that share one fit: a cluster has one piece, or a few of like weights.
+// Vertices that share one fit: a cluster has one piece, or a few.
 // Rest position = center + axes[0] s1 + axes[1] s2 + axes[2] s3.
 struct ClusterPiece {
   vec3 center{0.0f};

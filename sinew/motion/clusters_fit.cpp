@@ -36,9 +36,10 @@ Bfloat16 round_up_to_bfloat16(double value) {
 // Eigenvectors of a symmetric matrix, by cyclic Jacobi rotations; columns are orthonormal.
 dmat3 principal_axes(dmat3 m) {
   dmat3 axes(1.0);
+  const double negligible = 1e-14 * (m[0][0] + m[1][1] + m[2][2]);
   for (int sweep = 0; sweep < 12; ++sweep) {
     for (const auto& [p, q] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
-      if (m[p][q] == 0.0) continue;
+      if (std::abs(m[p][q]) <= negligible) continue;
       const double theta = (m[q][q] - m[p][p]) / (2.0 * m[p][q]);
       const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(theta, 1.0));
       const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
@@ -123,8 +124,9 @@ dvec3 support_direction(uint32_t index) {
 void store_support(std::span<const dvec3> latent, uint8_t (&out)[kSupports]) {
   constexpr double kUnits = 1.0 / kSupportUnit * (1.0 + 1e-6);
   for (uint32_t i = 0; i < kSupports; ++i) {
+    const dvec3 direction = support_direction(i);
     double most = -INFINITY;
-    for (const dvec3 s : latent) most = std::max(most, dot(support_direction(i), s));
+    for (const dvec3& s : latent) most = std::max(most, dot(direction, s));
     out[i] = static_cast<uint8_t>(std::clamp(std::ceil(most * kUnits), 0.0, 255.0));
   }
 }

@@ -167,7 +167,7 @@ TEST_P(ClustersProperty, BoxesContainAllPositionsInAnyPose) {
   for (const Motion& motion : body.motions()) {
     if (!derivable(motion)) continue;
     const ClusterBounds bounds =
-        make_cluster_bounds(motion, clusters, {.weight_groups = 1 + seed % 4});
+        make_cluster_bounds(motion, clusters, {.most_pieces = 1 + seed % 4});
     Poser poser(body, seed + 4000);
     Areas areas;
     for (int pose = 0; pose < 48; ++pose) {
