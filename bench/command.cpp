@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "bench/bench.h"
+#include "bench/bounds_command.h"
 #include "bench/larsson_command.h"
 #include "bench/trace.h"
 #include "sinew/io/output_file.h"
@@ -74,7 +75,11 @@ Run define_bench(CLI::App& command) {
       ->check(CLI::Range(1, 256));
   trace->add_option("--json", options->json, "Write the report; - for stdout");
   const LarssonCommand larsson = define_larsson(command);
-  return [options, larsson] { return larsson.parsed() ? larsson.run() : run_trace(*options); };
+  const BoundsCommand bounds = define_bounds(command);
+  return [options, larsson, bounds] {
+    if (bounds.parsed()) return bounds.run();
+    return larsson.parsed() ? larsson.run() : run_trace(*options);
+  };
 }
 
 }  // namespace sinew::app
