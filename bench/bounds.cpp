@@ -16,42 +16,18 @@
 namespace sinew::bench {
 namespace {
 
-// The unique vertices of each treelet.
-struct TreeletVertices {
-  std::vector<uint32_t> first = {0}, vertices;
-};
-
-TreeletVertices list_vertices(const Bvh8Layout& layout) {
-  TreeletVertices out;
-  std::vector<uint32_t> list;
-  for (const Treelet& treelet : layout.treelets) {
-    list.clear();
-    for (uint32_t p = 0; p < treelet.packet_count; ++p) {
-      for (const auto& triangle : layout.packet_vertices[treelet.first_packet + p].v) {
-        list.insert(list.end(), std::begin(triangle), std::end(triangle));
-      }
-    }
-    std::ranges::sort(list);
-    list.erase(std::ranges::unique(list).begin(), list.end());
-    out.vertices.insert(out.vertices.end(), list.begin(), list.end());
-    out.first.push_back(static_cast<uint32_t>(out.vertices.size()));
-  }
-  return out;
-}
-
 // A mesh cut into treelets, with their bounds.
 struct Body {
   Motion motion;
   uint32_t triangles = 0;
-  TreeletVertices vertices;
+  std::vector<uint32_t> first, vertices;  // of each treelet; see ClusterVertices
   ClusterBounds bounds;
   Tree upper;  // over the treelets
   double make_ms = 0.0;
 
   uint32_t clusters() const { return bounds.clusters; }
   std::span<const uint32_t> cluster(uint32_t c) const {
-    return std::span(vertices.vertices)
-        .subspan(vertices.first[c], vertices.first[c + 1] - vertices.first[c]);
+    return std::span(vertices).subspan(first[c], first[c + 1] - first[c]);
   }
 };
 
@@ -59,17 +35,19 @@ void exact_boxes(const Body& body, const Pose& pose, std::span<Box> out) {
   for (uint32_t c = 0; c < out.size(); ++c) out[c] = bounds(body.motion, pose, body.cluster(c));
 }
 
-Result<Body> make_body(const Mesh& mesh, bool skinned, const Pose& pose, uint32_t weight_groups) {
+Result<Body> make_body(const Mesh& mesh, bool skinned, const Pose& pose, uint32_t most_pieces) {
   Body body;
   body.motion = motion_of(mesh, skinned);
   body.triangles = static_cast<uint32_t>(mesh.triangles.size());
   std::vector<vec3> at(vertex_count(body.motion));
   positions(body.motion, pose, 0, at);
   SINEW_TRY(const Bvh8Layout layout, build_layout(at, mesh.triangles, {}));
-  body.vertices = list_vertices(layout);
+  for (const Treelet& treelet : layout.treelets) body.first.push_back(treelet.first_vertex);
+  body.first.push_back(static_cast<uint32_t>(layout.vertices.size()));
+  body.vertices = layout.vertices;
   body.make_ms = milliseconds([&] {
-    body.bounds = make_cluster_bounds(body.motion, {body.vertices.first, body.vertices.vertices},
-                                      {.weight_groups = weight_groups});
+    body.bounds =
+        make_cluster_bounds(body.motion, {body.first, body.vertices}, {.most_pieces = most_pieces});
   });
   std::vector<Box> boxes(body.clusters());
   exact_boxes(body, pose, boxes);
@@ -95,7 +73,7 @@ struct Totals {
 // Interleaved repeats, so that noise hits all.
 void time_body(const Body& body, const Pose& pose, uint32_t repeats, std::span<Box> boxes,
                Totals& totals) {
-  std::vector<vec3> moved(body.vertices.vertices.size());
+  std::vector<vec3> moved(body.vertices.size());
   std::vector<double> derive, exact, move, whole;
   Box sink;
   for (uint32_t r = 0; r < repeats; ++r) {
@@ -154,7 +132,7 @@ Result<Bodies> make_bodies(const Scene& scene, const ScenePose& pose,
         std::ranges::count(options.skip, scene.nodes[object.node].name) > 0) {
       continue;
     }
-    SINEW_TRY(Body body, make_body(mesh, key.second, pose.objects[i], options.weight_groups));
+    SINEW_TRY(Body body, make_body(mesh, key.second, pose.objects[i], options.most_pieces));
     bodies.emplace(key, std::move(body));
   }
   return bodies;
@@ -166,7 +144,7 @@ nlohmann::json row_of(const std::string& name, const Bodies& bodies, const Total
     triangles += body.triangles;
     bytes += double(body.bounds.bytes());
     clusters += body.clusters();
-    vertices += double(body.vertices.vertices.size());
+    vertices += double(body.vertices.size());
     pieces += double(body.bounds.pieces.size());
     make_ms += body.make_ms;
   }

@@ -16,7 +16,7 @@ struct BoundsOptions {
   std::vector<std::string> skip;  // nodes to leave out, by name
   uint32_t frames = 8;            // evenly spread over the clip
   uint32_t repeats = 7;           // of every measurement; medians count
-  uint32_t weight_groups = 4;     // see ClusterConfig
+  uint32_t most_pieces = 4;       // see ClusterConfig
 };
 
 // One row a scene. Clusters are the treelets of the layout that is built for the middle of the

@@ -6,6 +6,7 @@
 #include "app/json_text.h"
 #include "app/validators.h"
 #include "bench/bench.h"
+#include "bench/bounds_command.h"
 #include "bench/larsson_command.h"
 #include "bench/report.h"
 #include "bench/tables.h"
@@ -114,7 +115,11 @@ Run define_bench(CLI::App& command) {
   define_update(*update, *options);
   update->callback([options] { options->does_update = true; });
   const LarssonCommand larsson = define_larsson(command);
-  return [options, larsson] { return larsson.parsed() ? larsson.run() : run(*options); };
+  const BoundsCommand bounds = define_bounds(command);
+  return [options, larsson, bounds] {
+    if (bounds.parsed()) return bounds.run();
+    return larsson.parsed() ? larsson.run() : run(*options);
+  };
 }
 
 }  // namespace sinew::app

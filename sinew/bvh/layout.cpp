@@ -193,6 +193,32 @@ class LayoutMaker {
 
 }  // namespace
 
+Node8 empty_node() {
+  Node8 node = {};
+  for (uint32_t lane = 0; lane < kWidth; ++lane) {
+    set_lane_box(node, lane, Box());
+    node.child[lane] = kNoChild;
+  }
+  return node;
+}
+
+Box node_box(const Node8& node) {
+  Box box;
+  for (uint32_t lane = 0; lane < kWidth; ++lane) box.extend(lane_box(node, lane));
+  return box;
+}
+
+size_t bytes_of(const Bvh8Layout& layout) {
+  const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
+  return bytes(layout.children) + bytes(layout.packet_corners) + bytes(layout.packet_primitives) +
+         bytes(layout.treelets) + bytes(layout.vertices);
+}
+
+size_t bytes_of(const Bvh8& bvh) {
+  return bvh.nodes.size() * sizeof(Node8) + bvh.packets.size() * sizeof(TrianglePacket) +
+         bvh.links.size() * sizeof(uint32_t);
+}
+
 Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
                                std::span<const uvec3> triangles, uint32_t vertex_count,
                                uint32_t treelet_triangles) {

@@ -9,11 +9,12 @@
 #include "sinew/base/parallel.h"
 #include "sinew/motion/clusters_split.h"
 #include "sinew/motion/keyframes.h"
+#include "sinew/motion/morph.h"
 
 namespace sinew {
 namespace {
 
-constexpr uint32_t kBodyParts = 16;  // of a body without skin, to bound it as a whole
+constexpr uint32_t kMostBodyParts = 64;  // of a body without skin, to bound it as a whole
 
 uint32_t count_of(const ClusterVertices& clusters) {
   return clusters.first.empty() ? 0 : static_cast<uint32_t>(clusters.first.size() - 1);
@@ -101,10 +102,10 @@ bool fit_regions(const FitSource& source, std::span<const uint32_t> vertices, Fi
   return true;
 }
 
-// Splits the vertices at the median of their widest axis until there are kBodyParts parts.
+// Splits the vertices at the median of their widest axis until there are `parts` parts or more.
 void fit_parts(const FitSource& source, std::span<uint32_t> vertices, uint32_t parts,
                FitStore& out) {
-  if (parts == 1 || vertices.size() < 2) return fit_piece(source, vertices, out);
+  if (parts <= 1 || vertices.size() < 2) return fit_piece(source, vertices, out);
   Box box;
   for (const uint32_t v : vertices) box.extend(source.rest[v]);
   const vec3 extent = box.extent();
@@ -135,7 +136,7 @@ void make_fits(const M& motion, const ClusterVertices& clusters, const ClusterCo
   out.first_piece.push_back(static_cast<uint32_t>(store.pieces.size()));
   std::vector<uint32_t> body = body_vertices(source, clusters);
   if (!source.skin || !fit_regions(source, body, store)) {
-    fit_parts(source, body, kBodyParts, store);
+    fit_parts(source, body, std::min(kMostBodyParts, out.clusters / 2), store);
   }
   out.first_piece.push_back(static_cast<uint32_t>(store.pieces.size()));
   out.pieces = std::move(store.pieces);
@@ -173,6 +174,12 @@ size_t bytes_of(const std::vector<T>& values) {
 }
 
 }  // namespace
+
+bool derivable(const Motion& motion) {
+  const auto* const morph = std::get_if<MorphMotion>(&motion);
+  if (morph) return target_count(*morph) <= 0xffff;
+  return !std::holds_alternative<FreeMotion>(motion);
+}
 
 size_t ClusterBounds::bytes() const {
   return bytes_of(first_piece) + bytes_of(pieces) + bytes_of(joints) + bytes_of(targets) +

@@ -26,9 +26,10 @@ struct ClusterVertices {
 };
 
 struct ClusterConfig {
-  // Into how many parts of like weights a skinned cluster may be split, 1 to 4. A split is kept
-  // only where it makes the boxes of trial poses smaller; each part takes as long as a cluster.
-  uint32_t weight_groups = 4;
+  // Into how many pieces a cluster may be split, 1 to 4: vertices of like weights, near each other.
+  // A split is kept only where it makes the boxes of trial poses smaller by a tenth. Each piece
+  // takes as long to derive, and as much memory, as a cluster that is not split.
+  uint32_t most_pieces = 4;
 };
 
 // The upper half of a float: 8 bits of mantissa.
@@ -36,19 +37,23 @@ using Bfloat16 = uint16_t;
 
 // What one joint does to a piece, beside the reference joint: the products of its weight w with the
 // vertex (q, 1), q against the piece's centre. Row r is (w q_x, w q_y, w q_z, w)[r]
-// = affine[r] . (1, s1, s2, s3) +- residual[r].
+// = affine[r] . (1, s1, s2, s3) +- residual[r], where affine[3][0] is taken with weight_rest added:
+// it may act on joints that are far apart.
 struct JointFit {
   Bfloat16 affine[4][4];
   Bfloat16 residual[4];
+  Bfloat16 weight_rest = 0;
   uint16_t joint = 0;
-  uint16_t unused = 0;
 };
 static_assert(sizeof(JointFit) == 44);
 
-// What one morph target does to a piece: delta = column[0] + column[1] s1 + ... +- residual. Each
-// column is x, y, z and one more entry: the residual's x, y, z, then 0.
+// What one morph target does to a piece:
+//   delta = target_unit * offset + slope[0] s1 + slope[1] s2 + slope[2] s3 +- residual.
+// The offset is fixed-point because it may be much larger than the piece.
 struct TargetFit {
-  Bfloat16 column[4][4];
+  int16_t offset[3];
+  Bfloat16 residual_x;
+  Bfloat16 slope[3][4];  // x, y, z and one more entry: the residual's y, its z, then 0
   uint16_t target = 0;
 };
 static_assert(sizeof(TargetFit) == 34);
@@ -56,26 +61,25 @@ static_assert(sizeof(TargetFit) == 34);
 inline constexpr uint32_t kSupports = 44;
 inline constexpr float kSupportUnit = 1.0f / 85.0f;  // the farthest possible is 3
 
-// Vertices that share one fit: a cluster has one piece, or a few of like weights.
+// Vertices that share one fit: a cluster has one piece, or a few.
 // Rest position = center + axes[0] s1 + axes[1] s2 + axes[2] s3.
 struct ClusterPiece {
   vec3 center{0.0f};
   vec3 axes[3] = {};
   float pad = 0.0f;  // of the box, against max_j(|M_j||p| + |t_j|): every rounding in positions()
                      // and here, and the weights' distance from a sum of 1
+  float target_unit = 0.0f;
   uint32_t first_joint = 0;
   uint32_t first_target = 0;
   uint16_t joints = 0;           // JointFits
   uint16_t targets = 0;          // TargetFits
-  uint16_t reference_joint = 0;  // whose share is 1 - the others'; kNoJoint: not skinned
+  int32_t reference_joint = -1;  // whose share is 1 - the others'; -1: not skinned
   // How far the hull reaches, in units of kSupportUnit, along (0, +-1, +-1), (+-1, 0, +-1),
   // (+-1, +-1, 0); (+-1, +-1, +-1); (0, +-2, +-1), (+-2, 0, +-1), (+-2, +-1, 0); (0, +-1, +-2),
   // (+-1, 0, +-2), (+-1, +-2, 0); + before -, the first coordinate fastest. Along the axes it is 1.
   uint8_t support[kSupports] = {};
 };
-static_assert(sizeof(ClusterPiece) == 112);
-
-inline constexpr uint16_t kNoJoint = 0xffff;
+static_assert(sizeof(ClusterPiece) == 116);
 
 // What is known at rest of a body's clusters. Linear buffers, indices only; constant.
 struct ClusterBounds {
@@ -92,10 +96,9 @@ struct ClusterBounds {
   size_t bytes() const;  // of all buffers
 };
 
-// Whether boxes follow from a pose at all: of a FreeMotion nothing is known but its vertices.
-inline bool derivable(const Motion& motion) {
-  return !std::holds_alternative<FreeMotion>(motion);
-}
+// Whether boxes follow from a pose at all. False for FreeMotion, of which nothing is known but its
+// vertices, and for more than 65,535 morph targets.
+bool derivable(const Motion& motion);
 
 // Once a body, in parallel; the same bits for every thread count. The motion must be derivable, and
 // valid.

@@ -38,21 +38,16 @@ Float4 load3(const vec3& v) {
   return Float4{v.x, v.y, v.z, 0.0f};
 }
 
-// Eight consecutive values.
-struct Decoded {
-  Float4 low, high;
+// Eight consecutive 16-bit values, each in the upper half of its lane.
+struct Words {
+  Int4 low, high;
 };
-Decoded decode8(const Bfloat16* values) {
+Words load8(const void* values) {
   Ushort8 bits;
   std::memcpy(&bits, values, sizeof bits);
   constexpr Ushort8 kZero{};
-  return {Float4(__builtin_shufflevector(kZero, bits, 0, 8, 1, 9, 2, 10, 3, 11)),
-          Float4(__builtin_shufflevector(kZero, bits, 4, 12, 5, 13, 6, 14, 7, 15))};
-}
-Float4 decode4(const Bfloat16* values) {
-  Ushort8 bits{};
-  std::memcpy(&bits, values, 4 * sizeof *values);
-  return Float4(__builtin_shufflevector(Ushort8{}, bits, 0, 8, 1, 9, 2, 10, 3, 11));
+  return {Int4(__builtin_shufflevector(kZero, bits, 0, 8, 1, 9, 2, 10, 3, 11)),
+          Int4(__builtin_shufflevector(kZero, bits, 4, 12, 5, 13, 6, 14, 7, 15))};
 }
 
 // In each lane the byte table[index], 0 where bit 7 of the index is set; else it is 0 to 15.
@@ -141,14 +136,17 @@ Morphed add_targets(const ClusterPiece& piece, const ClusterBounds& bounds, cons
     const float weight = pose.weights[fit->target];
     if (weight == 0.0f) continue;
     out.any = true;
-    const Decoded front = decode8(fit->column[0]), back = decode8(fit->column[2]);
-    out.delta.column[0] += weight * front.low;
-    out.delta.column[1] += weight * front.high;
-    out.delta.column[2] += weight * back.low;
-    out.delta.column[3] += weight * back.high;
-    const Float4 reach =
-        absolute(front.low) + absolute(front.high) + absolute(back.low) + absolute(back.high);
-    const Float4 residual{front.low[3], front.high[3], back.low[3], 0.0f};
+    const Words front = load8(fit->offset), back = load8(fit->slope[1]);
+    const Float4 offset =
+        piece.target_unit * __builtin_convertvector(front.low >> 16, Float4);  // lane 3: anything
+    const Float4 slope[3] = {Float4(front.high), Float4(back.low), Float4(back.high)};
+    out.delta.column[0] += weight * offset;
+    Float4 reach = absolute(offset);
+    for (int k = 0; k < 3; ++k) {
+      out.delta.column[k + 1] += weight * slope[k];
+      reach += absolute(slope[k]);
+    }
+    const Float4 residual{Float4(front.low)[3], slope[0][3], slope[1][3], 0.0f};
     const Float4 magnitude = absolute(splat(weight));
     out.residual += magnitude * residual;
     out.delta_reach += magnitude * (reach + residual);
@@ -181,13 +179,15 @@ Posed rest_in_space(const ClusterPiece& piece, const Morphed& morphed) {
 // Adds one more joint's share: its map against the reference joint's, times its fitted products.
 void add_joint(const JointFit& fit, const Columns& difference, const Morphed& morphed, Posed& out) {
   const Columns size = absolute(difference);
-  const Decoded front = decode8(fit.affine[0]), back = decode8(fit.affine[2]);
-  const Float4 row[4] = {front.low, front.high, back.low, back.high};
+  const Words front = load8(fit.affine[0]), back = load8(fit.affine[2]);
+  const Words rest = load8(fit.residual);  // weight_rest is the fifth
+  Float4 row[4] = {Float4(front.low), Float4(front.high), Float4(back.low), Float4(back.high)};
+  row[3][0] += Float4(rest.high)[0];
   for (int k = 0; k < 4; ++k) {
     out.map.column[k] += difference.x * row[0][k] + difference.y * row[1][k] +
                          difference.z * row[2][k] + difference.t * row[3][k];
   }
-  const Float4 residual = decode4(fit.residual);
+  const Float4 residual = Float4(rest.low);
   out.residual += linear(size, residual) + size.t * residual[3];
   if (!morphed.any) return;
   // The weight is row[3] over s: its value at s = 0, give or take the spread.
@@ -230,7 +230,7 @@ void extend_by_piece(const ClusterPiece& piece, const ClusterBounds& bounds, con
                      Float4& low, Float4& high) {
   const Morphed morphed = piece.targets > 0 ? add_targets(piece, bounds, pose) : Morphed{};
   Posed posed = rest_in_space(piece, morphed);
-  if (piece.reference_joint != kNoJoint) posed = skinned(piece, morphed, posed, bounds, pose);
+  if (piece.reference_joint >= 0) posed = skinned(piece, morphed, posed, bounds, pose);
   const LatentMap& map = posed.map;
   const Support reach = support(piece.support, map.column[1], map.column[2], map.column[3]);
   const Float4 wider = posed.residual + piece.pad * posed.magnitude + kLeastPad;

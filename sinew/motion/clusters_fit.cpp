@@ -36,9 +36,10 @@ Bfloat16 round_up_to_bfloat16(double value) {
 // Eigenvectors of a symmetric matrix, by cyclic Jacobi rotations; columns are orthonormal.
 dmat3 principal_axes(dmat3 m) {
   dmat3 axes(1.0);
+  const double negligible = 1e-14 * (m[0][0] + m[1][1] + m[2][2]);
   for (int sweep = 0; sweep < 12; ++sweep) {
     for (const auto& [p, q] : {std::pair{0, 1}, {0, 2}, {1, 2}}) {
-      if (m[p][q] == 0.0) continue;
+      if (std::abs(m[p][q]) <= negligible) continue;
       const double theta = (m[q][q] - m[p][p]) / (2.0 * m[p][q]);
       const double t = std::copysign(1.0, theta) / (std::abs(theta) + std::hypot(theta, 1.0));
       const double c = 1.0 / std::sqrt(t * t + 1.0), s = t * c;
@@ -91,8 +92,9 @@ Frame make_frame(const FitSource& source, std::span<const uint32_t> vertices) {
     half = glm::max(half, glm::abs(glm::transpose(axes) * q));
   }
   const double widest = std::max({half.x, half.y, half.z});
-  if (widest == 0.0) return frame;                                 // a single point
-  half = glm::max(half, kLeastThickness * widest) * (1.0 + 1e-5);  // for the rounding to float
+  if (widest == 0.0) return frame;  // a single point
+  // More than the rounding of the axes to float can turn them out of the hull.
+  half = glm::max(half, kLeastThickness * widest) * (1.0 + 1e-5) + 4e-7 * widest;
   for (int k = 0; k < 3; ++k) frame.axes[k] = vec3(half[k] * axes[k]);
   const dmat3 to_latent =
       glm::inverse(dmat3(dvec3(frame.axes[0]), dvec3(frame.axes[1]), dvec3(frame.axes[2])));
@@ -122,8 +124,9 @@ dvec3 support_direction(uint32_t index) {
 void store_support(std::span<const dvec3> latent, uint8_t (&out)[kSupports]) {
   constexpr double kUnits = 1.0 / kSupportUnit * (1.0 + 1e-6);
   for (uint32_t i = 0; i < kSupports; ++i) {
+    const dvec3 direction = support_direction(i);
     double most = -INFINITY;
-    for (const dvec3 s : latent) most = std::max(most, dot(support_direction(i), s));
+    for (const dvec3& s : latent) most = std::max(most, dot(direction, s));
     out[i] = static_cast<uint8_t>(std::clamp(std::ceil(most * kUnits), 0.0, 255.0));
   }
 }
@@ -140,37 +143,34 @@ class AffineFitter {
   }
 
   struct Row {
-    std::array<Bfloat16, 4> affine;
-    Bfloat16 residual;
-    double reach() const {  // of its values over the cube
-      double sum = widen(residual);
-      for (const Bfloat16 a : affine) sum += std::abs(widen(a));
-      return sum;
-    }
+    std::array<Bfloat16, 3> slope;
+    double middle = 0.0;  // of what the slopes leave: the best offset
   };
   Row fit(std::span<const double> values) const {
     dvec4 moment(0.0);
     for (size_t i = 0; i < values.size(); ++i) moment += values[i] * dvec4(1.0, latent_[i]);
     const dvec4 best = inverse_ * moment;
     Row row;
-    row.affine[0] = 0;
-    for (int k = 1; k < 4; ++k) row.affine[k] = round_to_bfloat16(best[k]);
-    const auto [low, high] = residuals(values, row);
-    row.affine[0] = round_to_bfloat16(0.5 * (low + high));
-    const auto [below, above] = residuals(values, row);
-    row.residual = round_up_to_bfloat16(std::max(-below, above));
+    for (int k = 0; k < 3; ++k) row.slope[k] = round_to_bfloat16(best[k + 1]);
+    const auto [low, high] = left_by_slopes(values, row);
+    row.middle = 0.5 * (low + high);
     return row;
   }
 
+  // What remains of the values with this offset, rounded up.
+  Bfloat16 residual(std::span<const double> values, const Row& row, double offset) const {
+    const auto [low, high] = left_by_slopes(values, row);
+    return round_up_to_bfloat16(std::max({offset - low, high - offset, 0.0}));
+  }
+
  private:
-  std::pair<double, double> residuals(std::span<const double> values, const Row& row) const {
-    const dvec4 affine(widen(row.affine[0]), widen(row.affine[1]), widen(row.affine[2]),
-                       widen(row.affine[3]));
+  std::pair<double, double> left_by_slopes(std::span<const double> values, const Row& row) const {
+    const dvec3 slope(widen(row.slope[0]), widen(row.slope[1]), widen(row.slope[2]));
     double low = INFINITY, high = -INFINITY;
     for (size_t i = 0; i < values.size(); ++i) {
-      const double residual = values[i] - dot(affine, dvec4(1.0, latent_[i]));
-      low = std::min(low, residual);
-      high = std::max(high, residual);
+      const double left = values[i] - dot(slope, latent_[i]);
+      low = std::min(low, left);
+      high = std::max(high, left);
     }
     return {low, high};
   }
@@ -197,14 +197,26 @@ class PieceFitter {
     store_support(frame_.latent, piece_.support);
     piece_.first_joint = static_cast<uint32_t>(out.joints.size());
     piece_.first_target = static_cast<uint32_t>(out.targets.size());
-    piece_.reference_joint = kNoJoint;
     values_.resize(vertices.size());
   }
 
   void add_targets() {
     if (!source_.morph) return;
     const size_t stride = source_.rest.size();
+    std::vector<uint32_t> moving;
+    double farthest = 0.0;
     for (uint32_t target = 0; target < target_count(*source_.morph); ++target) {
+      const std::span deltas = source_.morph->deltas.subspan(target * stride, stride);
+      double far = 0.0;
+      for (const uint32_t v : vertices_) {
+        for (int axis = 0; axis < 3; ++axis) far = std::max(far, std::abs(finite(deltas[v][axis])));
+      }
+      if (far > 0.0) moving.push_back(target);
+      farthest = std::max(farthest, far);
+    }
+    // Slopes may put the offset outside the deltas, but not far.
+    piece_.target_unit = round_up(farthest / 8192.0);
+    for (const uint32_t target : moving) {
       add_target(target, source_.morph->deltas.subspan(target * stride, stride));
     }
     piece_.targets = static_cast<uint16_t>(out_.targets.size() - piece_.first_target);
@@ -235,20 +247,25 @@ class PieceFitter {
  private:
   using Row = AffineFitter::Row;
 
+  // A vertex whose delta is not finite is nowhere, unless the target's weight is 0.
+  static double finite(float delta) { return std::isfinite(delta) ? delta : 0.0; }
+
   void add_target(uint32_t target, std::span<const vec3> deltas) {
-    const auto moves = [&](uint32_t v) { return deltas[v] != vec3(0.0f); };
-    if (std::ranges::none_of(vertices_, moves)) return;
     TargetFit fit;
+    Bfloat16 residual[3];
     for (int axis = 0; axis < 3; ++axis) {
-      for (size_t i = 0; i < vertices_.size(); ++i) {
-        const float delta = deltas[vertices_[i]][axis];
-        values_[i] = std::isfinite(delta) ? delta : 0.0;  // else the vertex is nowhere, unless at 0
-      }
+      for (size_t i = 0; i < vertices_.size(); ++i) values_[i] = finite(deltas[vertices_[i]][axis]);
       const Row row = fitter_.fit(values_);
-      for (int k = 0; k < 4; ++k) fit.column[k][axis] = row.affine[k];
-      fit.column[axis][3] = row.residual;
+      for (int k = 0; k < 3; ++k) fit.slope[k][axis] = row.slope[k];
+      const double steps = std::round(row.middle / piece_.target_unit);
+      fit.offset[axis] = static_cast<int16_t>(std::clamp(steps, -32767.0, 32767.0));
+      residual[axis] =
+          fitter_.residual(values_, row, double(piece_.target_unit) * fit.offset[axis]);
     }
-    fit.column[3][3] = 0;
+    fit.residual_x = residual[0];
+    fit.slope[0][3] = residual[1];
+    fit.slope[1][3] = residual[2];
+    fit.slope[2][3] = 0;
     fit.target = static_cast<uint16_t>(target);
     out_.targets.push_back(fit);
   }
@@ -286,7 +303,7 @@ class PieceFitter {
       weight_size_ = std::max(weight_size_, size);
     }
     std::ranges::sort(joints_);
-    joints_.erase(std::ranges::unique(joints_).begin(), joints_.end());
+    joints_.erase(std::unique(joints_.begin(), joints_.end()), joints_.end());
     if (joints_.empty()) joints_.push_back(0);  // all weights are 0
   }
 
@@ -299,10 +316,18 @@ class PieceFitter {
         values_[i] = weight_of(vertices_[i], joint) * (r < 3 ? q[r] : 1.0);
       }
       const Row row = fitter_.fit(values_);
-      std::ranges::copy(row.affine, fit.affine[r]);
-      fit.residual[r] = row.residual;
+      std::ranges::copy(row.slope, fit.affine[r] + 1);
+      fit.affine[r][0] = round_to_bfloat16(row.middle);
+      double offset = widen(fit.affine[r][0]);
+      if (r == 3) {
+        fit.weight_rest = round_to_bfloat16(row.middle - offset);
+        offset += widen(fit.weight_rest);
+      }
+      fit.residual[r] = fitter_.residual(values_, row, offset);
       const double reach = r < 3 ? rest_reach(r) : 1.0;
-      if (reach > 0.0) joint_gain_[r] += row.reach() / reach;
+      double sum = std::abs(offset) + widen(fit.residual[r]);
+      for (const Bfloat16 slope : row.slope) sum += std::abs(widen(slope));
+      if (reach > 0.0) joint_gain_[r] += sum / reach;
     }
     out_.joints.push_back(fit);
   }
@@ -314,7 +339,7 @@ class PieceFitter {
 
   // Let m be max_j(|M_j| reach + |t_j|), per axis. positions() makes n = influences + targets + 6
   // roundings in a row of terms that sum to at most `weight_size_ * m`. derive_bounds makes 4 a
-  // joint, 1 a target and at most 24 more, of terms that sum to at most 2 m for the reference joint
+  // joint, 2 a target and at most 24 more, of terms that sum to at most 2 m for the reference joint
   // and, for each other one, whose map is a difference of two, 2 m times its fitted products
   // against what it multiplies; the support adds three times those of the axes.
   double relative_pad() const {
@@ -323,7 +348,7 @@ class PieceFitter {
     const double gain =
         2.0 + 4.0 * std::max({joint_gain_[0], joint_gain_[1], joint_gain_[2], joint_gain_[3]});
     const double theirs = (influences + targets + 6.0) * weight_size_;
-    const double ours = (4.0 * piece_.joints + piece_.targets + 24.0) * 4.0 * gain;
+    const double ours = (4.0 * piece_.joints + 2.0 * piece_.targets + 24.0) * 4.0 * gain;
     return (kRounding * (theirs + ours) + defect_) * 1.01;
   }
 

@@ -1,4 +1,4 @@
-// Fits a cluster by one piece, or by a few of like weights where trial poses show that this pays.
+// Fits a cluster by one piece, or by a few where trial poses show that this pays.
 #pragma once
 
 #include <span>

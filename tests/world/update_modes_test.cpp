@@ -210,6 +210,34 @@ TEST(WorldUpdate, AnObjectThatIsNotFiniteIsSkippedAndComesBack) {
   }
 }
 
+TEST(WorldUpdate, ARangeOfGivenVerticesIsAsGoodAsAll) {
+  for (const UpdateMode mode : kModes) {
+    Ball all(true), part(true);
+    part.world.set_update_mode(mode);
+    std::vector<vec3> moved = all.shape.positions;
+    const auto rays = rays_through({vec3(-1.0f), vec3(1.0f)}, 500, 13);
+    for (uint32_t round = 0; round < 8; ++round) {
+      Pose pose;
+      pose.positions = moved;
+      ASSERT_TRUE(all.world.set_pose(all.object, pose));
+      if (round > 0) pose.changed = {100 * round, 40};
+      ASSERT_TRUE(part.world.set_pose(part.object, pose));
+      all.world.commit();
+      part.world.commit();
+      std::vector<Hit> expected(rays.size()), hits(rays.size());
+      all.world.closest_hits(rays, expected);
+      part.world.closest_hits(rays, hits);
+      EXPECT_TRUE(same_bits(expected, hits)) << name_of(mode) << " round " << round;
+      EXPECT_EQ(part.world.validate(), "") << name_of(mode) << " round " << round;
+      for (uint32_t v = 0; v < 40; ++v) moved[100 * (round + 1) + v] *= 1.1f;
+    }
+    Pose pose;
+    pose.positions = moved;
+    pose.changed = {uint32_t(moved.size()), 1};
+    EXPECT_FALSE(part.world.set_pose(part.object, pose));
+  }
+}
+
 TEST(WorldUpdate, AutomaticIsLazyForFewRaysAndFullForMany) {
   Ball ball(false);
   std::vector<UpdateMode> modes;
