@@ -424,7 +424,7 @@ class Traversal {
       const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], instance.primitives[index][lane],
                     instance.object};
       if (hit.primitive == kNoPrimitive || !closer(hit)) continue;
-      if (instance.filtered && options_.filter.accept != nullptr &&
+      if ((instance.filtered || options_.filter.of_all) && options_.filter.accept != nullptr &&
           !options_.filter.accept(options_.filter.context, index_, hit)) {
         continue;
       }
