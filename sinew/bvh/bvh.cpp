@@ -1,5 +1,6 @@
 #include "sinew/bvh/bvh.h"
 
+#include <array>
 #include <cmath>
 
 #include "sinew/base/check.h"
@@ -182,6 +183,21 @@ void Bvh::any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
                    const QueryOptions& options) const {
   const Instance only = impl_->instance();
   sinew::any_hits({nullptr, &only, 1}, rays, hit, options);
+}
+
+void Bvh::all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options) const {
+  const Instance only = impl_->instance();
+  sinew::all_hits({nullptr, &only, 1}, ray, out, options);
+}
+
+std::optional<NearestPoint> Bvh::nearest_point(vec3 from, float max_distance) const {
+  const Instance only = impl_->instance();
+  return sinew::nearest_point({nullptr, &only, 1}, from, max_distance);
+}
+
+void Bvh::triangles_in_box(const Box& box, std::vector<TriangleId>& out) const {
+  const Instance only = impl_->instance();
+  sinew::triangles_in_box({nullptr, &only, 1}, box, out);
 }
 
 double Bvh::cost_ratio() const {

@@ -1,7 +1,7 @@
 // Bvh: one body, prepared once and updated with new vertices; the front door for a single mesh.
 #pragma once
 
-#include <array>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -10,6 +10,7 @@
 #include "sinew/base/error.h"
 #include "sinew/bvh/build.h"
 #include "sinew/bvh/choose.h"
+#include "sinew/bvh/proximity.h"
 #include "sinew/bvh/traverse.h"
 #include "sinew/bvh/update_local.h"
 #include "sinew/bvh/wide.h"
@@ -51,6 +52,11 @@ class Bvh {
                     const QueryOptions& options = {}) const;
   void any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
                 const QueryOptions& options = {}) const;
+
+  void all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options = {}) const;
+  std::optional<NearestPoint> nearest_point(
+      vec3 from, float max_distance = std::numeric_limits<float>::infinity()) const;
+  void triangles_in_box(const Box& box, std::vector<TriangleId>& out) const;
 
   // How much more a ray costs than in the tree as it was built: the expected cost (surface area
   // heuristic, over the tree down to its treelets) over that of the build. Above about 2 a new

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "sinew/bvh/wide.h"
 #include "sinew/math/affine.h"
@@ -28,6 +29,7 @@ struct Instance {
   bool in_place = true;                  // the object's space is the world's
   bool filtered = false;                 // ask the query's filter about its hits
   bool single_sided = false;             // the query's `facing` counts for it
+  Affine placement = identity_affine();  // object -> world; rays do not need it
 };
 
 // A leaf of a top tree that reaches into instances.
@@ -50,6 +52,7 @@ struct SceneView {
 struct HitFilter {
   bool (*accept)(const void* context, uint32_t ray, const Hit& hit) = nullptr;
   const void* context = nullptr;
+  bool of_all = false;  // asked about the hits of all instances
 };
 
 // Which side of a single-sided object's triangles counts. Their front is where they are seen
@@ -67,6 +70,10 @@ struct QueryOptions {
 // hits[i] = the closest hit of rays[i], or a Hit that is false. Sizes must agree.
 void closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
                   const QueryOptions& options = {});
+
+// Every hit along the ray, sorted by (t, object, primitive).
+void all_hits(const SceneView& scene, const Ray& ray, std::vector<Hit>& out,
+              const QueryOptions& options = {});
 
 // What one ray cost.
 struct TraversalCounts {

@@ -74,7 +74,8 @@ Instance instance_of(const Object& object, ObjectId id, const Body& body, PosedO
           .mask = object.desc.mask,
           .in_place = posed.in_place,
           .filtered = object.desc.filtered,
-          .single_sided = object.desc.single_sided};
+          .single_sided = object.desc.single_sided,
+          .placement = posed.placement};
 }
 
 }  // namespace

@@ -98,4 +98,32 @@ void World::count_closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
                  });
 }
 
+void World::all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options) const {
+  const RunningQuery running(impl_->now());
+  sinew::all_hits(view_of(impl_->now()), ray, out, options);
+}
+
+std::optional<Pick> World::pick(const Ray& ray, const QueryOptions& options) const {
+  Pick pick;
+  closest_hits({&ray, 1}, {&pick.hit, 1}, options);
+  if (!pick.hit) return std::nullopt;
+  const Body& body = impl_->body_of(pick.hit.object);
+  pick.point = ray.origin + pick.hit.t * ray.direction;
+  pick.vertices = body.triangles[pick.hit.primitive];
+  pick.barycentrics = vec3(1.0f - pick.hit.u - pick.hit.v, pick.hit.u, pick.hit.v);
+  pick.joints = joint_weights(body.motion, pick.vertices, pick.barycentrics);
+  return pick;
+}
+
+std::optional<NearestPoint> World::nearest_point(vec3 from, float max_distance,
+                                                 uint32_t mask) const {
+  const RunningQuery running(impl_->now());
+  return sinew::nearest_point(view_of(impl_->now()), from, max_distance, mask);
+}
+
+void World::triangles_in_box(const Box& box, std::vector<TriangleId>& out, uint32_t mask) const {
+  const RunningQuery running(impl_->now());
+  sinew::triangles_in_box(view_of(impl_->now()), box, out, mask);
+}
+
 }  // namespace sinew

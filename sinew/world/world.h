@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -13,10 +14,12 @@
 #include "sinew/base/error.h"
 #include "sinew/bvh/build.h"
 #include "sinew/bvh/choose.h"
+#include "sinew/bvh/proximity.h"
 #include "sinew/bvh/traverse.h"
 #include "sinew/bvh/update.h"
 #include "sinew/math/box.h"
 #include "sinew/math/ray.h"
+#include "sinew/motion/influences.h"
 #include "sinew/motion/motion.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/scene.h"
@@ -56,6 +59,14 @@ struct UpdateStats {
 // rigid ones ("one tree"), which pays where deforming objects overlap. Treelets need their boxes in
 // every frame, so objects that no ray reaches cost a little more.
 enum class TopTree : uint8_t { objects, treelets };
+
+struct Pick {
+  Hit hit;
+  vec3 point{0.0f};                 // in the world
+  uvec3 vertices{0};                // of the triangle
+  vec3 barycentrics{0.0f};          // their shares of the point
+  std::vector<JointWeight> joints;  // of the body's skin, the heaviest first; empty without one
+};
 
 // A box of the hierarchy.
 struct TreeBox {
@@ -109,6 +120,17 @@ class World {
   void count_closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
                           std::span<TraversalCounts> counts,
                           const QueryOptions& options = {}) const;
+
+  // Every hit along the ray, sorted by (t, object, primitive).
+  void all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options = {}) const;
+  // The closest hit, and what of the character it is.
+  std::optional<Pick> pick(const Ray& ray, const QueryOptions& options = {}) const;
+  std::optional<NearestPoint> nearest_point(
+      vec3 from, float max_distance = std::numeric_limits<float>::infinity(),
+      uint32_t mask = 0xffffffffu) const;
+  // The triangles that meet the box, sorted.
+  void triangles_in_box(const Box& box, std::vector<TriangleId>& out,
+                        uint32_t mask = 0xffffffffu) const;
 
   // The boxes of the hierarchy `level` steps below the root, which is level 0, and those of leaves
   // that end sooner: together they hold every present object. An object's whole box counts as one
