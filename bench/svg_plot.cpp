@@ -9,8 +9,8 @@
 namespace sinew::bench {
 namespace {
 
-constexpr double kWidth = 800.0, kHeight = 400.0;  // of the whole plot
-constexpr double kLeft = 66.0, kRight = 180.0, kTop = 34.0, kBottom = 52.0;
+constexpr double kWidth = 825.0, kHeight = 400.0;  // of the whole plot
+constexpr double kLeft = 66.0, kRight = 205.0, kTop = 34.0, kBottom = 52.0;
 constexpr double kPlotWidth = kWidth - kLeft - kRight, kPlotHeight = kHeight - kTop - kBottom;
 
 // Maps values to [0, 1].
