@@ -40,7 +40,9 @@ LarssonCommand define_larsson(CLI::App& bench) {
   command->footer(
       "Up: the update, without making the vertices. Rt: all ray queries of a picture, without\n"
       "shading: primary rays, shadow rays to both lights, one reflection, and its shadow rays.\n"
-      "All methods answer the same rays. Theirs have one thread.\n\n"
+      "All methods answer the same rays. Theirs have one thread. Sinew's lazy method does what "
+      "its\n"
+      "hybrid one does, for the vertices are given.\n\n"
       "Examples:\n"
       "  sinew bench larsson --table 1 --json report.json\n"
       "  sinew bench larsson --table 2 --museum scene_museum/aff/museum5.aff\n");
@@ -52,7 +54,7 @@ LarssonCommand define_larsson(CLI::App& bench) {
   c.add_option("--height", o.height, "Pixels (default: 480)")->check(CLI::Range(16, 8192));
   c.add_option("--frames", o.frames, "How many frames of the animation (default: 28)")
       ->check(CLI::Range(1, 1000));
-  c.add_option("--repeats", o.repeats, "Of subsampled frames; medians count (default: 3)")
+  c.add_option("--repeats", o.repeats, "Of every frame; medians count (default: 3)")
       ->check(CLI::Range(1, 1000));
   c.add_option("--threads", o.threads, "Of our second rows (default: 2)")
       ->check(CLI::Range(1, 256));

@@ -80,7 +80,7 @@ class LarssonEngine final : public TableEngine {
 // One object a key; only that of the nearest key is there.
 class SinewEngine final : public TableEngine {
  public:
-  Result<void> build(std::span<const BodyInput> bodies) {
+  Result<void> build(std::span<const BodyInput> bodies, UpdateMode mode) {
     inputs_ = bodies;
     for (const BodyInput& body : bodies) {
       first_object_.push_back(static_cast<ObjectId>(body_of_.size()));
@@ -92,10 +92,15 @@ class SinewEngine final : public TableEngine {
         Pose pose;
         pose.positions = shape;
         SINEW_TRY(const BodyId id, world_.add_body({body.triangles, motion, pose}));
-        SINEW_CHECKED(world_.add_object(id));
+        SINEW_TRY(const ObjectId object, world_.add_object(id));
+        SINEW_CHECKED(world_.set_pose(object, pose));
         body_of_.push_back(static_cast<uint32_t>(first_object_.size() - 1));
       }
     }
+    // Everything is made once, so that no memory is new to the frames that count.
+    world_.set_update_mode(UpdateMode::full);
+    world_.commit();
+    world_.set_update_mode(mode);
     return {};
   }
 
@@ -140,9 +145,10 @@ std::unique_ptr<TableEngine> make_larsson_engine(std::span<const BodyInput> bodi
   return std::make_unique<LarssonEngine>(bodies, update, config);
 }
 
-Result<std::unique_ptr<TableEngine>> make_sinew_engine(std::span<const BodyInput> bodies) {
+Result<std::unique_ptr<TableEngine>> make_sinew_engine(std::span<const BodyInput> bodies,
+                                                       UpdateMode mode) {
   auto engine = std::make_unique<SinewEngine>();
-  SINEW_CHECKED(engine->build(bodies));
+  SINEW_CHECKED(engine->build(bodies, mode));
   return engine;
 }
 

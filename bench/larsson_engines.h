@@ -9,6 +9,7 @@
 
 #include "sinew/base/error.h"
 #include "sinew/bvh/larsson.h"
+#include "sinew/bvh/update.h"
 #include "sinew/math/ray.h"
 #include "sinew/math/vec.h"
 
@@ -46,6 +47,7 @@ enum class LarssonUpdate : uint8_t { bottom_up, hybrid };
 std::unique_ptr<TableEngine> make_larsson_engine(std::span<const BodyInput> bodies,
                                                  LarssonUpdate update,
                                                  const larsson::Config& config);
-Result<std::unique_ptr<TableEngine>> make_sinew_engine(std::span<const BodyInput> bodies);
+Result<std::unique_ptr<TableEngine>> make_sinew_engine(std::span<const BodyInput> bodies,
+                                                       UpdateMode mode);
 
 }  // namespace sinew::bench

@@ -35,6 +35,10 @@ Result<TableScene> TableScene::make(const std::string& input) {
     return fail({ErrorKind::usage, input, "", "it has no point lights", "give a scene with some"});
   }
   for (uint32_t i = 0; i < scene.objects.size(); ++i) out.add_body(i);
+  if (out.moving_triangles() == 0) {
+    return fail(
+        {ErrorKind::usage, input, "", "nothing in it deforms", "give a scene with meshes that do"});
+  }
   return out;
 }
 

@@ -18,7 +18,8 @@ namespace sinew::bench {
 // its first shape.
 class TableScene {
  public:
-  // The first clip counts. An error if the scene has no clip, camera, light or frames.
+  // The first clip counts. An error if the scene has no clip, camera, light or number of frames, or
+  // if nothing deforms.
   static Result<TableScene> make(const std::string& input);
 
   // Brings the bodies to a frame, counted from 1.

@@ -29,6 +29,7 @@ struct Contender {
 struct Contest {
   std::vector<std::unique_ptr<TableEngine>> engines;
   std::vector<Contender> contenders;
+  std::unique_ptr<TableEngine> reference;  // says what to trace and what is right; not timed
 
   void add(std::unique_ptr<TableEngine> engine, std::string name, int threads = 1) {
     contenders.push_back({name, 1, engine.get()});
@@ -42,8 +43,12 @@ Result<Contest> make_contest(const TableScene& scene, const LarssonOptions& opti
   const std::span<const BodyInput> bodies = scene.bodies();
   out.add(make_larsson_engine(bodies, LarssonUpdate::bottom_up, options.larsson), "L bottom-up");
   out.add(make_larsson_engine(bodies, LarssonUpdate::hybrid, options.larsson), "L hybrid");
-  SINEW_TRY(auto full, make_sinew_engine(bodies));
-  out.add(std::move(full), "sinew full", options.threads);
+  // Not `automatic`: it learns from the frames before, of which these tables leave most out.
+  for (const UpdateMode mode : {UpdateMode::full, UpdateMode::hybrid, UpdateMode::lazy}) {
+    SINEW_TRY(auto engine, make_sinew_engine(bodies, mode));
+    out.add(std::move(engine), std::string("sinew ") + name_of(mode), options.threads);
+  }
+  SINEW_TRY(out.reference, make_sinew_engine(bodies, UpdateMode::full));
   return out;
 }
 
@@ -90,7 +95,7 @@ Differences compare(const Answers& a, const Answers& b) {
 // One contender in one frame.
 struct Cell {
   double update_ms = 0.0, trace_ms = 0.0;
-  Differences differ;  // from the answers after our full update
+  Differences differ;  // from the reference's answers
   larsson::UpdateWork updated, visited;
 
   double total() const { return update_ms + trace_ms; }
@@ -114,7 +119,7 @@ double trace_all(TableEngine& engine, const TableRays& rays, Answers& out) {
 // Contenders take turns, each from the update to the last answer.
 FrameResult measure_frame(const TableScene& scene, Contest& contest, const LarssonOptions& options,
                           uint32_t frame, uint32_t step) {
-  TableEngine& reference = *contest.engines.back();
+  TableEngine& reference = *contest.reference;
   reference.begin_frame(scene.frame());
   TableRays rays;
   make_rays(scene, reference, options.width, options.height, step, rays);
@@ -125,7 +130,7 @@ FrameResult measure_frame(const TableScene& scene, Contest& contest, const Larss
 
   FrameResult out{frame, step, rays.total(), std::vector<Cell>(contest.contenders.size())};
   std::vector<std::vector<double>> update(out.cells.size()), trace(out.cells.size());
-  for (uint32_t r = 0; r < (step == 1 ? 1 : options.repeats); ++r) {
+  for (uint32_t r = 0; r < options.repeats; ++r) {
     for (size_t c = 0; c < out.cells.size(); ++c) {
       const Contender& contender = contest.contenders[c];
       const ThreadLimit limit(contender.threads);
@@ -197,7 +202,7 @@ double mean_total(const Case& of, size_t contender) {
 nlohmann::json table_line(const Case& of, uint32_t step, const Contest& contest, size_t c) {
   return {{"case", of.name},
           {"sampling", step},
-          {"frame", of.frames.size() == 1 ? nlohmann::json(of.frames[0]->frame) : nullptr},
+          {"frame", of.name == "ave" ? nlohmann::json() : nlohmann::json(of.frames[0]->frame)},
           {"engine", contest.contenders[c].name},
           {"threads", contest.contenders[c].threads},
           {"update_ms", mean(of, [&](const FrameResult& f) { return f.cells[c].update_ms; })},
@@ -316,10 +321,11 @@ Result<nlohmann::json> measure_table(const std::string& input, const std::string
                                      uint32_t wanted_frame, const LarssonOptions& options) {
   SINEW_TRY(TableScene scene, TableScene::make(input));
   SINEW_TRY(Contest contest, make_contest(scene, options));
+  const auto frames = choose_frames(scene.frame_count(), options.frames, wanted_frame);
   std::vector<FrameResult> results;
-  for (const uint32_t frame : choose_frames(scene.frame_count(), options.frames, wanted_frame)) {
-    scene.set_frame(frame);
-    for (const uint32_t step : kSteps) {
+  for (const uint32_t step : kSteps) {
+    for (const uint32_t frame : frames) {
+      scene.set_frame(frame);
       results.push_back(measure_frame(scene, contest, options, frame, step));
     }
   }
@@ -344,7 +350,7 @@ Result<nlohmann::json> measure_table(const std::string& input, const std::string
                         {"moving_triangles", scene.moving_triangles()},
                         {"width", options.width},
                         {"height", options.height},
-                        {"frames", results.size() / kSteps.size()},
+                        {"frames", frames.size()},
                         {"figures", figures_of(table_name, scene, results, contest)},
                         {"table", std::move(table)},
                         {"rows", std::move(rows)}};

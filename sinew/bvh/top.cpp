@@ -165,12 +165,6 @@ class TopBuilder {
 
 }  // namespace
 
-Node8 empty_node() {
-  Node8 node = {};
-  for (uint32_t lane = 0; lane < kWidth; ++lane) set_child(node, lane, Box(), kNoChild);
-  return node;
-}
-
 void build_top(std::span<const Box> boxes, TopScratch& scratch, std::vector<Node8>& out) {
   out.clear();
   if (!boxes.empty()) TopBuilder(boxes, scratch, out).run();

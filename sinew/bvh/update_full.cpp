@@ -48,12 +48,6 @@ void prepare(const Bvh8Layout& layout, bool by_links, Bvh8& out) {
   if (layout.upper_nodes == 0 && !layout.treelets.empty()) out.root = word_of(treelet_word(0));
 }
 
-Box node_box(const Node8& node) {
-  Box box;
-  for (uint32_t lane = 0; lane < kWidth; ++lane) box.extend(lane_box(node, lane));
-  return box;
-}
-
 // The boxes of upper nodes below upper nodes; those of treelets are there already.
 void refit_upper(const Bvh8Layout& layout, Bvh8& out) {
   for (uint32_t n = layout.upper_nodes; n-- > 0;) {

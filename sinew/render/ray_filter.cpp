@@ -42,8 +42,7 @@ bool is_opaque(uvec3 depth) {
 bool meets_front(const FilterContext& context, const Hit& hit, vec3 direction) {
   const std::array<vec3, 3> p = context.world->triangle(hit.object, hit.primitive);
   const Affine placement = context.world->placement(hit.object);
-  const float cosine =
-      dot(cofactor(placement) * cross(p[1] - p[0], p[2] - p[0]), direction);
+  const float cosine = dot(cofactor(placement) * cross(p[1] - p[0], p[2] - p[0]), direction);
   return (context.world->mirrored(hit.object) ? -cosine : cosine) <= 0.0f;
 }
 

@@ -28,6 +28,13 @@ bool same_shape(const Motion& motion, const PosedObject& posed, const Pose& pose
          posed.pose.key_fraction == pose.key_fraction;
 }
 
+// Whether only a part of the vertices is new. After a pose with vertices that were not finite they
+// are all looked at again.
+bool is_part(const Body& body, const PosedObject& posed, const Pose& pose) {
+  return std::holds_alternative<FreeMotion>(body.motion) && posed.shaped && posed.finite &&
+         pose.changed.count < body.layout.vertex_count;
+}
+
 void copy_pose(const Motion& motion, const Pose& from, PosedObject& to) {
   to.joints.assign(from.joints.begin(), from.joints.end());
   to.weights.assign(from.weights.begin(), from.weights.end());
@@ -103,27 +110,58 @@ void World::Impl::update_shape(const Body& body, PosedObject& posed) {
   visited.upper.store(posed.bvh.root, std::memory_order_release);
 }
 
+// Of given vertices, those that differ from the pose before.
+void World::Impl::update_part(const Body& body, const Pose& pose, PosedObject& posed) {
+  const auto from = pose.positions.begin() + pose.changed.first;
+  std::copy_n(from, pose.changed.count, posed.positions.begin() + pose.changed.first);
+  if (posed.way.first.empty()) posed.way = find_way_up(body.layout);
+  posed.finite &= update_local(body.layout, posed.positions, pose.changed, posed.way, posed.bvh);
+  posed.local_box = posed.bvh.box;
+  posed.visited.upper.store(posed.bvh.root, std::memory_order_release);
+}
+
+UpdateMode World::Impl::choose(ObjectId id) {
+  Object& object = objects[id];
+  const Body& body = bodies[object.body];
+  const UpdateMode thrifty = body.derivable ? UpdateMode::lazy : UpdateMode::hybrid;
+  if (mode != UpdateMode::automatic) return mode == UpdateMode::lazy ? thrifty : mode;
+  const PosedObject& last = now().objects[id];
+  std::optional<float> reached;
+  const uint32_t made = last.visited.made.load(std::memory_order_relaxed);
+  const bool traced = made > 0 || now().rays.load(std::memory_order_relaxed) > 0;
+  if (last.shaped && last.mode != UpdateMode::full && traced) {
+    reached = static_cast<float>(made) /
+              static_cast<float>(std::max<size_t>(body.layout.treelets.size(), 1));
+  }
+  return choose_mode(thrifty, reached, object.history);
+}
+
 // `other` is the frame that had the object's last pose, should the caller have forgotten it.
 void World::Impl::update_object(WorldFrame& frame, const WorldFrame& other, ObjectId id) {
   const Object& object = objects[id];
   const Body& body = bodies[object.body];
   PosedObject& posed = frame.objects[id];
   const Pose& pose = object.fresh ? object.pose : other.objects[id].pose;
+  const bool is_next = posed.version + 1 == object.version;
   posed.version = object.version;
   posed.placement = pose.placement;
   posed.present = pose.present && !is_singular(pose.placement);
   posed.box = Box();
   posed.changed = false;
   if (!posed.present) {
-    posed.pose = Pose{.placement = pose.placement, .present = pose.present};
+    posed.pose = Pose();
+    posed.pose.placement = pose.placement;
+    posed.pose.present = pose.present;
     posed.shaped = false;
     return;
   }
   posed.in_place = posed.placement == identity_affine();
   posed.to_object = posed.in_place ? identity_affine() : inverse_affine(posed.placement);
   posed.changed = body.deforms && !same_shape(body.motion, posed, pose);
-  if (posed.changed) {
-    posed.mode = choose(id, now().objects[id], now().rays.load(std::memory_order_relaxed));
+  if (is_next && is_part(body, posed, pose)) {
+    update_part(body, pose, posed);
+  } else if (posed.changed) {
+    posed.mode = choose(id);
     copy_pose(body.motion, pose, posed);
     update_shape(body, posed);
   }

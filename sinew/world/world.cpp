@@ -53,10 +53,11 @@ Result<BodyId> World::add_body(const BodyDesc& desc) {
     return fail({ErrorKind::usage, "", "build pose", "it does not fit the body's motion",
                  "give as many joints, weights or positions as the motion needs"});
   }
-  Body body{.triangles = desc.triangles,
-            .motion = desc.motion,
-            .deforms = deforms(desc.motion),
-            .derivable = deforms(desc.motion) && derivable(desc.motion)};
+  Body body;
+  body.triangles = desc.triangles;
+  body.motion = desc.motion;
+  body.deforms = deforms(desc.motion);
+  body.derivable = body.deforms && derivable(desc.motion);
   std::vector<vec3> at;
   if (at_rest) {
     const std::span<const vec3> rest = rest_of(desc.motion);
@@ -188,7 +189,7 @@ UpdateStats World::stats() const {
 }
 
 UpdateChoice World::choice(ObjectId object) const {
-  return impl_->object(object).choice;
+  return impl_->object(object).history.choice;
 }
 
 std::string World::validate() const {

@@ -12,6 +12,7 @@
 
 #include "sinew/base/error.h"
 #include "sinew/bvh/build.h"
+#include "sinew/bvh/choose.h"
 #include "sinew/bvh/traverse.h"
 #include "sinew/bvh/update.h"
 #include "sinew/math/box.h"
@@ -49,13 +50,6 @@ struct UpdateStats {
   uint64_t triangles_updated = 0;  // of the objects that are not unchanged
   uint64_t treelets = 0;           // of present deforming objects
   uint64_t treelets_made = 0;      // of these, for the last pose, by the update or by rays
-};
-
-// How an object of mode `automatic` was updated, and why.
-struct UpdateChoice {
-  UpdateMode mode = UpdateMode::lazy;
-  float reached = 0.0f;  // share of its treelets that rays reached, when that was last known
-  const char* why = "its first frame";
 };
 
 // What hangs below the top tree: whole objects, or the treelets of all deforming objects and whole

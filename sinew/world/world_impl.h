@@ -9,6 +9,7 @@
 
 #include "sinew/base/check.h"
 #include "sinew/bvh/top.h"
+#include "sinew/bvh/update_local.h"
 #include "sinew/bvh/visit.h"
 #include "sinew/bvh/wide.h"
 #include "sinew/motion/clusters.h"
@@ -32,11 +33,10 @@ struct Object {
   BodyId body = 0;
   ObjectDesc desc;
   bool alive = true;
-  Pose pose;             // spans are valid only while fresh
-  bool fresh = false;    // the pose counts from the next commit
-  uint32_t version = 0;  // of the pose; 0: none yet
-  UpdateChoice choice;   // of mode `automatic`
-  uint32_t frames = 0;   // since the choice was put to the test
+  Pose pose;              // spans are valid only while fresh
+  bool fresh = false;     // the pose counts from the next commit
+  uint32_t version = 0;   // of the pose; 0: none yet
+  UpdateHistory history;  // of mode `automatic`
 };
 
 // An object in one frame.
@@ -60,6 +60,7 @@ struct PosedObject {
   std::vector<vec3> positions;  // of all vertices; of lazy objects empty
   Bvh8 bvh;
   VisitedBody visited;
+  WayUp way;  // of objects that were updated in part
 };
 
 // One state of the world. There are two, so that one can be posed while rays are traced through the
@@ -102,7 +103,8 @@ struct World::Impl {
   void update(uint32_t frame);
   void update_object(WorldFrame& frame, const WorldFrame& other, ObjectId id);
   void update_shape(const Body& body, PosedObject& posed);
-  UpdateMode choose(ObjectId id, const PosedObject& last, uint64_t rays);
+  void update_part(const Body& body, const Pose& pose, PosedObject& posed);
+  UpdateMode choose(ObjectId id);
   void count_updates(WorldFrame& frame) const;
   void build_top_tree(WorldFrame& frame);
   Result<void> pose_at(World& world, WorldFrame& frame, double seconds);
