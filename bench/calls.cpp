@@ -8,6 +8,11 @@ namespace {
 
 constexpr size_t kRaysPerTask = 1024;
 
+Call our_call(const Bvh& bvh, const char* name, const QueryOptions& options) {
+  return {name, [&bvh, options](auto rays, auto hits) { bvh.closest_hits(rays, hits, options); },
+          [&bvh, options](auto rays, auto hit) { bvh.any_hits(rays, hit, options); }};
+}
+
 }  // namespace
 
 const char* name_of(TriangleTest test) {
@@ -16,10 +21,7 @@ const char* name_of(TriangleTest test) {
 
 std::vector<Call> our_calls(const Bvh& bvh, TriangleTest test) {
   std::vector<Call> calls;
-  if (test == TriangleTest::robust) {
-    calls.push_back({kOurSingle, [&bvh](auto rays, auto hits) { bvh.closest_hits(rays, hits); },
-                     [&bvh](auto rays, auto hit) { bvh.any_hits(rays, hit); }});
-  }
+  if (test == TriangleTest::robust) calls.push_back(our_call(bvh, kOurSingle, {}));
   return calls;
 }
 

@@ -14,6 +14,8 @@ struct Rival {
   std::string name;
   std::function<void(uint32_t frame)> run;  // what is timed
   std::vector<double> ms = {};              // one a repeat
+  // What `run` may write: how much of it was spent on the pose. One a round, warmups included.
+  std::vector<double> pose_ms = {};
 
   double median_ms() const;
 };

@@ -1,5 +1,6 @@
 #include "bench/frame_work.h"
 
+#include <algorithm>
 #include <array>
 
 #include "bench/measure.h"
@@ -45,7 +46,7 @@ PictureCounts trace_picture(const Engine& engine, const Picture& picture) {
   return {hits, lit};
 }
 
-void choose_embree_calls(Arena& arena, const Engine& embree, const Picture& picture) {
+std::string choose_embree_calls(Arena& arena, const Engine& embree, const Picture& picture) {
   constexpr int kTries = 3;
   const auto fastest = [&](const auto& use) {
     EmbreeCall best = EmbreeCall::single;
@@ -65,6 +66,7 @@ void choose_embree_calls(Arena& arena, const Engine& embree, const Picture& pict
   const EmbreeCall closest = fastest([&](EmbreeCall call) { arena.use(call, EmbreeCall::single); });
   const EmbreeCall any = fastest([&](EmbreeCall call) { arena.use(closest, call); });
   arena.use(closest, any);
+  return std::string(name_of(closest)) + ", " + name_of(any);
 }
 
 void pick_rays(std::span<const Box> boxes, uint32_t seed, std::span<Ray> out) {
@@ -82,17 +84,20 @@ void pick_rays(std::span<const Box> boxes, uint32_t seed, std::span<Ray> out) {
 }
 
 std::vector<Box> object_boxes(const Scene& scene, const ScenePose& pose) {
-  std::vector<Box> moving, all;
+  const auto moves = [&](const SceneObject& object) {
+    return deforms(motion_of(scene.meshes[object.mesh], object.skin >= 0));
+  };
+  const bool all = std::ranges::none_of(scene.objects, moves);
+  std::vector<Box> boxes;
+  std::vector<vec3> at;
   for (uint32_t i = 0; i < scene.objects.size(); ++i) {
-    const Mesh& mesh = scene.meshes[scene.objects[i].mesh];
-    std::vector<vec3> at(mesh.positions.size());
+    if (!all && !moves(scene.objects[i])) continue;
+    at.resize(scene.meshes[scene.objects[i].mesh].positions.size());
     world_positions(scene, pose, i, at);
-    Box box;
+    Box& box = boxes.emplace_back();
     for (const vec3 p : at) box.extend(p);
-    all.push_back(box);
-    if (deforms(motion_of(mesh, scene.objects[i].skin >= 0))) moving.push_back(box);
   }
-  return moving.empty() ? all : moving;
+  return boxes;
 }
 
 }  // namespace sinew::bench

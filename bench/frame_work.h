@@ -27,12 +27,12 @@ struct PictureCounts {
 PictureCounts trace_picture(const Engine& engine, const Picture& picture);
 
 // Embree's fastest calls for the picture, closest hits and any hits, found by trying all of them on
-// one of its engines. Its pose must be set.
-void choose_embree_calls(Arena& arena, const Engine& embree, const Picture& picture);
+// one of its engines. Its pose must be set. Returns their names.
+std::string choose_embree_calls(Arena& arena, const Engine& embree, const Picture& picture);
 
 // Rays from around the scene towards random points in the boxes of its objects: one pick each.
 void pick_rays(std::span<const Box> boxes, uint32_t seed, std::span<Ray> out);
-// World boxes of the objects that move, or of all if none does.
+// World boxes of the objects that deform, or of all if none does.
 std::vector<Box> object_boxes(const Scene& scene, const ScenePose& pose);
 
 }  // namespace sinew::bench

@@ -71,7 +71,7 @@ Result<void> measure_free(const Arena& arena, std::span<const Box> boxes, uint32
   };
   std::vector<Rival> rivals = {{"sinew",
                                 [&](uint32_t frame) {
-                                  (void)ours.update(poses[frame % kPoses]);
+                                  (void)ours.update_borrowed(poses[frame % kPoses]);
                                   pick(ours);
                                 }},
                                {"embree", [&](uint32_t) {

@@ -7,6 +7,7 @@
 #include "bench/workload.h"
 #include "sinew/bvh/bvh.h"
 #include "sinew/bvh/update.h"
+#include "sinew/motion/clusters.h"
 
 namespace sinew::bench {
 namespace {
@@ -36,9 +37,13 @@ void move_parts(const Scene& scene, std::span<const vec3> positions, EmbreeScene
   }
 }
 
-template <class Vector>
-size_t bytes_of(const Vector& v) {
-  return v.size() * sizeof(v[0]);
+// What a World keeps of a body so that boxes follow from its poses.
+size_t cluster_bytes(const Motion& motion, const Bvh8Layout& layout) {
+  if (!derivable(motion)) return 0;
+  std::vector<uint32_t> first;
+  for (const Treelet& treelet : layout.treelets) first.push_back(treelet.first_vertex);
+  first.push_back(static_cast<uint32_t>(layout.vertices.size()));
+  return make_cluster_bounds(motion, {first, layout.vertices}).bytes();
 }
 
 }  // namespace
@@ -53,11 +58,12 @@ Result<void> measure_refit(const Scene& scene, const UpdateOptions& options, Upd
     poses[i] = flat.positions;
   }
   SINEW_TRY(Bvh ours, build(flat.positions, flat.triangles));
+  ours.set_update_mode(UpdateMode::full);
   EmbreeScene one(flat.positions, flat.triangles, EmbreeMode::refit);
   EmbreeScene parts({.mode = EmbreeMode::refit});
   add_parts(scene, flat.positions, parts);
   std::vector<Rival> rivals = {
-      {"sinew full", [&](uint32_t frame) { (void)ours.update(poses[frame % kPoses]); }},
+      {"sinew full", [&](uint32_t frame) { (void)ours.update_borrowed(poses[frame % kPoses]); }},
       {"embree refit, one mesh", [&](uint32_t) { one.commit(); }},
       {"embree refit, a mesh an object", [&](uint32_t) { parts.commit(); }}};
   compete(rivals, {2, 2 * options.repeats}, 0, [&](uint32_t frame) {
@@ -80,37 +86,42 @@ Result<void> measure_refit(const Scene& scene, const UpdateOptions& options, Upd
 }
 
 Result<void> measure_bytes(const Scene& scene, UpdateReport& report) {
-  json row = {{"table", "bytes"}, {"scene", scene.name}};
-  size_t nodes = 0, packets = 0, treelets = 0, triangles = 0;
+  size_t layouts = 0, poses = 0, clusters = 0, triangles = 0;
   ScenePose pose;
   sample(scene, scene.clips.empty() ? kRestPose : 0, 0.0, pose);
-  EmbreeScene embree({.mode = EmbreeMode::refit});
+  EmbreeScene refit({.mode = EmbreeMode::refit}), medium({.mode = EmbreeMode::medium});
   for (uint32_t i = 0; i < scene.objects.size(); ++i) {
-    const Mesh& mesh = scene.meshes[scene.objects[i].mesh];
+    const SceneObject& object = scene.objects[i];
+    const Mesh& mesh = scene.meshes[object.mesh];
     std::vector<vec3> at(mesh.positions.size());
     world_positions(scene, pose, i, at);
     SINEW_TRY(const Bvh8Layout layout, build_layout(at, mesh.triangles, {}));
     Bvh8 bvh;
     update_full(layout, at, bvh);
-    nodes += bytes_of(bvh.nodes) + bytes_of(layout.children);
-    packets += bytes_of(bvh.packets) + bytes_of(layout.packet_corners) +
-               bytes_of(layout.packet_primitives);
-    treelets += bytes_of(layout.treelets) + bytes_of(layout.vertices) + bytes_of(bvh.links);
+    layouts += bytes_of(layout);
+    poses += bytes_of(bvh);
+    clusters += cluster_bytes(motion_of(mesh, object.skin >= 0), layout);
     triangles += mesh.triangles.size();
-    embree.add_mesh(at, mesh.triangles, EmbreeMotion::deforms);
+    for (EmbreeScene* const embree : {&refit, &medium}) {
+      embree->add_mesh(at, mesh.triangles, EmbreeMotion::deforms);
+    }
   }
-  embree.commit();
+  refit.commit();
+  medium.commit();
   const auto a_triangle = [&](size_t bytes) { return double(bytes) / double(triangles); };
-  row.update({{"nodes", a_triangle(nodes)},
-              {"packets", a_triangle(packets)},
-              {"treelets", a_triangle(treelets)},
-              {"embree_refit", a_triangle(embree.bytes())}});
-  report.rows.push_back(row);
-  report.figures.push_back(
-      figure("bytes_per_triangle", a_triangle(nodes + packets + treelets),
-             fmt::format("nodes {:.1f}, triangles {:.1f}, treelets {:.1f}; Embree refit {:.1f}",
-                         a_triangle(nodes), a_triangle(packets), a_triangle(treelets),
-                         a_triangle(embree.bytes()))));
+  report.rows.push_back({{"table", "bytes"},
+                         {"scene", scene.name},
+                         {"layout", a_triangle(layouts)},
+                         {"pose", a_triangle(poses)},
+                         {"derived_bounds", a_triangle(clusters)},
+                         {"embree_refit", a_triangle(refit.bytes())},
+                         {"embree_medium", a_triangle(medium.bytes())}});
+  report.figures.push_back(figure(
+      "bytes_per_triangle", a_triangle(layouts + poses + clusters),
+      fmt::format("boxes and triangles {:.1f}, layout {:.1f}, derived bounds {:.1f}; Embree refit "
+                  "{:.1f}, medium {:.1f}",
+                  a_triangle(poses), a_triangle(layouts), a_triangle(clusters),
+                  a_triangle(refit.bytes()), a_triangle(medium.bytes()))));
   return {};
 }
 

@@ -39,14 +39,15 @@ Axis make_axis(bool log, double low, double high) {
   return {true, low / room, high * room};
 }
 
-// 1, 2 and 5 times powers of ten; only powers of ten where the axis is long.
+// 1, 2 and 5 times powers of ten; only powers of ten where the axis is long, and all multiples
+// where it is short.
 std::vector<double> log_ticks(const Axis& axis) {
   std::vector<double> ticks;
   const double decades = std::log10(axis.high / axis.low);
   for (double ten = std::pow(10.0, std::floor(std::log10(axis.low))); ten <= axis.high;
        ten *= 10.0) {
-    for (const double step : {1.0, 2.0, 5.0}) {
-      if (step > 1.0 && decades > 3.5) continue;
+    for (int step = 1; step < 10; ++step) {
+      if (step > 1 && (decades > 3.5 || (decades > 0.9 && step != 2 && step != 5))) continue;
       if (axis.holds(step * ten)) ticks.push_back(step * ten);
     }
   }
@@ -173,7 +174,7 @@ std::string legend(const LinePlot& plot) {
       "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"6\" fill=\"none\" stroke=\"currentColor\" "
       "stroke-width=\"1.5\"/>\n",
       x + 11, y - 4);
-  return out + text(x + 28, y, "start", "lines cross");
+  return out + text(x + 28, y, "start", plot.mark_name);
 }
 
 }  // namespace

@@ -27,6 +27,7 @@ struct LinePlot {
   bool x_percent = false;  // x is a share: 0.3 is written 30%
   std::vector<PlotLine> lines;
   std::vector<PlotMark> marks;
+  std::string mark_name;  // in the legend
 };
 
 // Empty text if there is no point to show.

@@ -150,7 +150,7 @@ Result<Bvh> time_trees(const Place& place, const FlatScene& scene, Followers& fo
                        std::optional<EmbreePair>& built, const TraceOptions& options, json& rows,
                        Ratios& ratios) {
   std::vector<Rival> rivals = {
-      {"sinew", [&](uint32_t) { (void)followers.ours.update(scene.positions); }},
+      {"sinew", [&](uint32_t) { (void)followers.ours.update_borrowed(scene.positions); }},
       {"embree", [&](uint32_t) { followers.embree.robust.commit(); }}};
   compete(rivals, {1, options.repeats}, 0,
           [&](uint32_t) { followers.embree.move(scene.positions); });
@@ -209,6 +209,7 @@ Result<void> measure_scene(const std::string& name, const TraceOptions& options,
   sample(scene, clip, start, pose);
   flatten(scene, pose, flat);
   SINEW_TRY(Bvh ours, build(flat.positions, flat.triangles));
+  ours.set_update_mode(UpdateMode::full);
   Followers followers{std::move(ours), EmbreePair(flat, EmbreeMode::refit)};
   for (uint32_t f = 0; f < options.frames; ++f) {
     const double time = start + (end - start) * (f + 0.5) / options.frames;

@@ -134,7 +134,7 @@ void add_crossings(UpdateReport& report, const char* table) {
     for (const auto& [a_name, b_name] : kPairs) {
       const SweepLine* const a = find_line(lines, a_name);
       const SweepLine* const b = find_line(lines, b_name);
-      if (a == nullptr || b == nullptr) continue;
+      if (a == nullptr || b == nullptr || a->x.size() < 2) continue;
       const std::vector<double> at = crossings(*a, *b);
       report.rows.push_back({{"table", "crossing"},
                              {"sweep", table},

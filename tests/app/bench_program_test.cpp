@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
@@ -62,10 +63,14 @@ TEST(Bench, UpdateReportsItsFigures) {
   for (const std::string& name : figures) {
     EXPECT_NE(outcome.out.find(name), std::string::npos) << name;
   }
-  // All engines that drew the same frame saw the same.
+  // All engines that drew the same frame saw the same, but for rounding.
+  double hits = 0.0;
   for (const auto& row : report["rows"]) {
-    if (row["table"] == "herd_frame") EXPECT_GT(row["hits"], 0) << row;
+    if (row["table"] != "herd_frame") continue;
+    if (hits == 0.0) hits = row["hits"];
+    EXPECT_NEAR(row["hits"], hits, 2.0) << row;
   }
+  EXPECT_GT(hits, 100.0);
 }
 
 TEST(Bench, TraceReportsItsFigures) {
@@ -79,7 +84,8 @@ TEST(Bench, TraceReportsItsFigures) {
   expect_figures(report, {"single_ray_robust", "packet_speed", "refit_ratio"});
   expect_page(slurp(folder.path("t.html")), {"single_ray_robust", "packet_speed"});
   for (const auto& row : report["rows"]) {
-    if (row["table"] == "trees") EXPECT_LT(row["primary_hits_differ"], 0.01) << row;
+    if (row["table"] != "trees") continue;
+    EXPECT_LT(row["primary_hits_differ"], 0.01) << row;
   }
 }
 
