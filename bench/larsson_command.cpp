@@ -4,6 +4,7 @@
 #include <memory>
 #include <string>
 
+#include "app/json_text.h"
 #include "bench/larsson_tables.h"
 #include "sinew/io/output_file.h"
 
@@ -26,7 +27,7 @@ Result<int> print_table(Job job) {
   SINEW_TRY(const nlohmann::json report, job.table == 1 ? bench::larsson_table_1(job.options)
                                                         : bench::larsson_table_2(job.options));
   if (job.json != "-") SINEW_CHECKED(write_file("-", bench::larsson_text(report)));
-  if (!job.json.empty()) SINEW_CHECKED(write_file(job.json, report.dump(2) + "\n"));
+  if (!job.json.empty()) SINEW_CHECKED(write_file(job.json, json_text(report)));
   return kOk;
 }
 
@@ -54,7 +55,7 @@ LarssonCommand define_larsson(CLI::App& bench) {
   c.add_option("--height", o.height, "Pixels (default: 480)")->check(CLI::Range(16, 8192));
   c.add_option("--frames", o.frames, "How many frames of the animation (default: 28)")
       ->check(CLI::Range(1, 1000));
-  c.add_option("--repeats", o.repeats, "Of every frame; medians count (default: 3)")
+  c.add_option("--repeats", o.repeats, "Of subsampled frames; medians count (default: 3)")
       ->check(CLI::Range(1, 1000));
   c.add_option("--threads", o.threads, "Of our second rows (default: 2)")
       ->check(CLI::Range(1, 256));

@@ -55,10 +55,6 @@ struct TableRays {
   std::vector<Ray> shadow;             // from what primary rays hit
   std::vector<Ray> reflection;         // from mirrors among it
   std::vector<Ray> reflection_shadow;  // from what those hit
-
-  size_t total() const {
-    return primary.size() + shadow.size() + reflection.size() + reflection_shadow.size();
-  }
 };
 
 // One primary ray for each step x step pixels, through their middle. The engine, which must be in

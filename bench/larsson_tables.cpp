@@ -64,32 +64,27 @@ struct Answers {
   }
 };
 
-// Shares of the rays that two engines answer differently.
+// How many rays two engines answer differently.
 struct Differences {
-  double hits = 0.0;     // of closest-hit rays
-  double shadows = 0.0;  // of shadow rays
+  size_t hits = 0;     // of closest-hit rays
+  size_t shadows = 0;  // of shadow rays
 };
 
-double share(size_t part, size_t whole) {
-  return whole == 0 ? 0.0 : double(part) / double(whole);
-}
-
 Differences compare(const Answers& a, const Answers& b) {
-  size_t hits = 0, shadows = 0;
+  Differences out;
   const auto compare_hits = [&](const std::vector<Hit>& x, const std::vector<Hit>& y) {
     for (size_t i = 0; i < x.size(); ++i) {
-      hits += x[i].object != y[i].object || (x[i] && x[i].primitive != y[i].primitive);
+      out.hits += x[i].object != y[i].object || (x[i] && x[i].primitive != y[i].primitive);
     }
   };
   const auto compare_bits = [&](const std::vector<uint8_t>& x, const std::vector<uint8_t>& y) {
-    for (size_t i = 0; i < x.size(); ++i) shadows += (x[i] != 0) != (y[i] != 0);
+    for (size_t i = 0; i < x.size(); ++i) out.shadows += (x[i] != 0) != (y[i] != 0);
   };
   compare_hits(a.primary, b.primary);
   compare_hits(a.reflection, b.reflection);
   compare_bits(a.shadow, b.shadow);
   compare_bits(a.reflection_shadow, b.reflection_shadow);
-  return {share(hits, a.primary.size() + a.reflection.size()),
-          share(shadows, a.shadow.size() + a.reflection_shadow.size())};
+  return out;
 }
 
 // One contender in one frame.
@@ -103,7 +98,7 @@ struct Cell {
 
 struct FrameResult {
   uint32_t frame = 0, step = 0;
-  size_t rays = 0;
+  size_t hit_rays = 0, shadow_rays = 0;
   std::vector<Cell> cells;  // one a contender
 };
 
@@ -128,9 +123,11 @@ FrameResult measure_frame(const TableScene& scene, Contest& contest, const Larss
   answers.resize(rays);
   trace_all(reference, rays, expected);
 
-  FrameResult out{frame, step, rays.total(), std::vector<Cell>(contest.contenders.size())};
+  FrameResult out{frame, step, rays.primary.size() + rays.reflection.size(),
+                  rays.shadow.size() + rays.reflection_shadow.size(),
+                  std::vector<Cell>(contest.contenders.size())};
   std::vector<std::vector<double>> update(out.cells.size()), trace(out.cells.size());
-  for (uint32_t r = 0; r < options.repeats; ++r) {
+  for (uint32_t r = 0; r < (step == 1 ? 1 : options.repeats); ++r) {
     for (size_t c = 0; c < out.cells.size(); ++c) {
       const Contender& contender = contest.contenders[c];
       const ThreadLimit limit(contender.threads);
@@ -215,7 +212,8 @@ nlohmann::json frame_row(const FrameResult& result, const Contest& contest, size
   const Cell& cell = result.cells[c];
   nlohmann::json row = {{"frame", result.frame},
                         {"sampling", result.step},
-                        {"rays", result.rays},
+                        {"hit_rays", result.hit_rays},
+                        {"shadow_rays", result.shadow_rays},
                         {"engine", contest.contenders[c].name},
                         {"threads", contest.contenders[c].threads},
                         {"update_ms", cell.update_ms},
@@ -293,19 +291,25 @@ void add_model(const TableScene& scene, std::span<const FrameResult> results, Fi
   }
 }
 
-void add_differences(std::span<const FrameResult> results, Figures& out) {
-  Differences most;
-  for (const FrameResult& result : results) {
-    for (const Cell& cell : result.cells) {
-      most.hits = std::max(most.hits, cell.differ.hits);
-      most.shadows = std::max(most.shadows, cell.differ.shadows);
+void add_differences(std::span<const FrameResult> results, const Contest& contest, Figures& out) {
+  size_t hits = 0, shadows = 0, hit_rays = 0, shadow_rays = 0;
+  for (size_t c = 0; c < contest.contenders.size(); ++c) {
+    size_t contender_hits = 0, contender_shadows = 0;
+    for (const FrameResult& result : results) {
+      contender_hits += result.cells[c].differ.hits;
+      contender_shadows += result.cells[c].differ.shadows;
     }
+    hits = std::max(hits, contender_hits);
+    shadows = std::max(shadows, contender_shadows);
   }
-  out.add("hits_differ", most.hits, "less",
-          "largest share of a picture's closest-hit rays for which two engines name different "
-          "triangles");
-  out.add("shadows_differ", most.shadows, "less",
-          "largest share of a picture's shadow rays on which two engines do not agree");
+  for (const FrameResult& result : results) {
+    hit_rays += result.hit_rays;
+    shadow_rays += result.shadow_rays;
+  }
+  out.add("hits_differ", double(hits) / double(std::max<size_t>(hit_rays, 1)), "less",
+          "share of closest-hit rays for which two methods name different triangles, at most");
+  out.add("shadows_differ", double(shadows) / double(std::max<size_t>(shadow_rays, 1)), "less",
+          "share of shadow rays on which two methods do not agree, at most");
 }
 
 nlohmann::json figures_of(const std::string& table, const TableScene& scene,
@@ -313,7 +317,7 @@ nlohmann::json figures_of(const std::string& table, const TableScene& scene,
   Figures out{table};
   add_speedups(results, contest, out);
   add_model(scene, results, out);
-  add_differences(results, out);
+  add_differences(results, contest, out);
   return out.list;
 }
 

@@ -18,7 +18,7 @@ struct LarssonOptions {
   uint32_t width = 640;
   uint32_t height = 480;
   uint32_t frames = 28;       // of the animation's, evenly spread; table 1 always has frame 200
-  uint32_t repeats = 3;       // of every frame; medians count
+  uint32_t repeats = 3;       // of frames with less than a ray a pixel; medians count
   int threads = 2;            // of our second rows; L's and our first rows have one
   larsson::Config larsson{};  // of L's hierarchies
 };

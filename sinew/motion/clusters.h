@@ -6,7 +6,7 @@
 //   position = h0 + h1 s1 + h2 s2 + h3 s3 +- residual,
 // and the box is read off the supports of the cluster's hull in s: first-order affine arithmetic
 // (J. Stolfi, L. de Figueiredo, "Self-Validated Numerical Methods and Applications", 1997, section
-// 3) whose noise symbols are bounded by a 26-direction polytope, not by a cube.
+// 3) whose noise symbols are bounded by a polytope of 50 directions, not by a cube.
 #pragma once
 
 #include <cstdint>
@@ -66,7 +66,7 @@ inline constexpr float kSupportUnit = 1.0f / 85.0f;  // the farthest possible is
 struct ClusterPiece {
   vec3 center{0.0f};
   vec3 axes[3] = {};
-  float pad = 0.0f;  // of the box, against max_j(|M_j||p| + |t_j|): every rounding in positions()
+  float pad = 0.0f;  // of the box, against sum_j(|M_j||p| + |t_j|): every rounding in positions()
                      // and here, and the weights' distance from a sum of 1
   float target_unit = 0.0f;
   uint32_t first_joint = 0;

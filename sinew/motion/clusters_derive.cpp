@@ -1,5 +1,7 @@
 // Boxes of clusters in a pose: adds up the fits of clusters.h, then reads the box off the hull.
 // Four lanes hold x, y, z (and something finite) with the compiler's own vectors; see skin.h.
+#include <bit>
+
 #include "sinew/base/check.h"
 #include "sinew/motion/clusters.h"
 #include "sinew/motion/keyframes.h"
@@ -48,6 +50,15 @@ Words load8(const void* values) {
   constexpr Ushort8 kZero{};
   return {Int4(__builtin_shufflevector(kZero, bits, 0, 8, 1, 9, 2, 10, 3, 11)),
           Int4(__builtin_shufflevector(kZero, bits, 4, 12, 5, 13, 6, 14, 7, 15))};
+}
+
+Float4 decode4(const Bfloat16* values) {
+  Ushort8 bits{};
+  std::memcpy(&bits, values, 4 * sizeof *values);
+  return Float4(__builtin_shufflevector(Ushort8{}, bits, 0, 8, 1, 9, 2, 10, 3, 11));
+}
+float decode(Bfloat16 value) {
+  return std::bit_cast<float>(uint32_t{value} << 16);
 }
 
 // In each lane the byte table[index], 0 where bit 7 of the index is set; else it is 0 to 15.
@@ -164,14 +175,12 @@ struct Posed {
 
 Posed rest_in_space(const ClusterPiece& piece, const Morphed& morphed) {
   Posed out;
-  const Float4 center = load3(piece.center);
-  out.map.column[0] = center + morphed.delta.column[0];
-  out.magnitude = absolute(center) + morphed.delta_reach;
-  for (int k = 0; k < 3; ++k) {
-    const Float4 axis = load3(piece.axes[k]);
-    out.map.column[k + 1] = axis + morphed.delta.column[k + 1];
-    out.magnitude += absolute(axis);
-  }
+  out.map.column[0] = load3(piece.center);
+  for (int k = 0; k < 3; ++k) out.map.column[k + 1] = load3(piece.axes[k]);
+  for (const Float4& column : out.map.column) out.magnitude += absolute(column);
+  if (!morphed.any) return out;
+  for (int k = 0; k < 4; ++k) out.map.column[k] += morphed.delta.column[k];
+  out.magnitude += morphed.delta_reach;
   out.residual = morphed.residual;
   return out;
 }
@@ -180,14 +189,13 @@ Posed rest_in_space(const ClusterPiece& piece, const Morphed& morphed) {
 void add_joint(const JointFit& fit, const Columns& difference, const Morphed& morphed, Posed& out) {
   const Columns size = absolute(difference);
   const Words front = load8(fit.affine[0]), back = load8(fit.affine[2]);
-  const Words rest = load8(fit.residual);  // weight_rest is the fifth
   Float4 row[4] = {Float4(front.low), Float4(front.high), Float4(back.low), Float4(back.high)};
-  row[3][0] += Float4(rest.high)[0];
+  row[3] += Float4{decode(fit.weight_rest), 0.0f, 0.0f, 0.0f};
   for (int k = 0; k < 4; ++k) {
     out.map.column[k] += difference.x * row[0][k] + difference.y * row[1][k] +
                          difference.z * row[2][k] + difference.t * row[3][k];
   }
-  const Float4 residual = Float4(rest.low);
+  const Float4 residual = decode4(fit.residual);
   out.residual += linear(size, residual) + size.t * residual[3];
   if (!morphed.any) return;
   // The weight is row[3] over s: its value at s = 0, give or take the spread.
@@ -206,7 +214,7 @@ Posed skinned(const ClusterPiece& piece, const Morphed& morphed, const Posed& re
   const Columns size = absolute(reference);
   Posed out;
   out.magnitude = linear(size, rest.magnitude) + size.t;
-  out.residual = linear(size, rest.residual);
+  if (morphed.any) out.residual = linear(size, rest.residual);
   const Float4 center = load3(piece.center);
   reference.t += linear(reference, center);
   out.map.column[0] = reference.t;
@@ -217,7 +225,7 @@ Posed skinned(const ClusterPiece& piece, const Morphed& morphed, const Posed& re
   for (const JointFit* fit = begin; fit < begin + piece.joints; ++fit) {
     Columns joint = load_columns(pose.joints[fit->joint]);
     const Columns joint_size = absolute(joint);
-    out.magnitude = larger_or_nan(linear(joint_size, rest.magnitude) + joint_size.t, out.magnitude);
+    out.magnitude += linear(joint_size, rest.magnitude) + joint_size.t;
     joint.t += linear(joint, center);
     const Columns difference{joint.x - reference.x, joint.y - reference.y, joint.z - reference.z,
                              joint.t - reference.t};

@@ -337,7 +337,7 @@ class PieceFitter {
            std::abs(frame_.axes[1][axis]) + std::abs(frame_.axes[2][axis]);
   }
 
-  // Let m be max_j(|M_j| reach + |t_j|), per axis. positions() makes n = influences + targets + 6
+  // Let m be sum_j(|M_j| reach + |t_j|), per axis. positions() makes n = influences + targets + 6
   // roundings in a row of terms that sum to at most `weight_size_ * m`. derive_bounds makes 4 a
   // joint, 2 a target and at most 24 more, of terms that sum to at most 2 m for the reference joint
   // and, for each other one, whose map is a difference of two, 2 m times its fitted products

@@ -219,7 +219,6 @@ void fit_cluster(const FitSource& source, const Motion& motion, std::span<const 
     const Features features = make_features(source, vertices, joints, box);
     TrialPoses poses(source, joints, box);
     double least = poses.area(motion, best), worth = 1.0;
-
     const double tight = kTight * poses.exact_area(motion, vertices);
     for (uint32_t groups = 2; groups <= most && least > tight; ++groups) {
       worth *= kWorthAPiece;

@@ -156,8 +156,8 @@ TEST(WorldQueries, ABoxHoldsTheTrianglesThatHaveAPointInIt) {
                              glm::any(glm::lessThan(bounds.max, box.min));
           const bool reported =
               std::binary_search(found.begin(), found.end(), TriangleId{object, t});
-          if (inside) EXPECT_TRUE(reported) << object << " " << t << " box " << i << " seed 29";
-          if (apart) EXPECT_FALSE(reported) << object << " " << t << " box " << i << " seed 29";
+          EXPECT_FALSE(inside && !reported) << object << " " << t << " box " << i << " seed 29";
+          EXPECT_FALSE(apart && reported) << object << " " << t << " box " << i << " seed 29";
         }
       }
     }
