@@ -7,7 +7,7 @@ include(CMakePackageConfigHelpers)
 # the standard library.
 target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES
   sinew/sinew.h
-  sinew/base/buffer.h sinew/base/error.h sinew/base/parallel.h
+  sinew/base/buffer.h sinew/base/error.h sinew/base/parallel.h sinew/base/work_time.h
   sinew/math/affine.h sinew/math/box.h sinew/math/ray.h sinew/math/vec.h
   sinew/motion/influences.h sinew/motion/motion.h sinew/motion/pose.h
   sinew/bvh/bounds.h sinew/bvh/build.h sinew/bvh/bvh.h sinew/bvh/choose.h sinew/bvh/cost.h

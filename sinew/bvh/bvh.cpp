@@ -1,6 +1,7 @@
 #include "sinew/bvh/bvh.h"
 
 #include <array>
+#include <atomic>
 #include <cmath>
 
 #include "sinew/base/check.h"
@@ -26,7 +27,9 @@ struct PosedBvh {
   UpdateMode mode = UpdateMode::full;
   Bvh8 bvh;
   VisitedBody visited;
-  std::vector<vec3> copy;  // of the vertices, as far as `visited` reads them there
+  std::vector<vec3> copy;                  // of the vertices, as far as `visited` reads them there
+  WorkTime work;                           // of the update
+  mutable std::atomic<uint64_t> rays = 0;  // of spans, since the update
 };
 
 }  // namespace
@@ -45,6 +48,9 @@ struct Bvh::Impl {
   UpdateMode next_mode();
   void update(std::span<const vec3> positions, bool borrowed, PosedBvh& out);
   Instance instance() const;
+  void count(size_t rays) const {
+    if (rays > 1) poses[shown].rays.fetch_add(rays, std::memory_order_relaxed);
+  }
 };
 
 Result<void> Bvh::Impl::check_count(size_t count) const {
@@ -57,19 +63,26 @@ Result<void> Bvh::Impl::check_count(size_t count) const {
 
 UpdateMode Bvh::Impl::next_mode() {
   if (mode != UpdateMode::automatic) return mode == UpdateMode::lazy ? UpdateMode::hybrid : mode;
-  std::optional<float> reached;
-  const uint32_t made = now().visited.made.load(std::memory_order_relaxed);
-  if (now().mode == UpdateMode::hybrid && made > 0) {
-    reached = static_cast<float>(made) / static_cast<float>(layout.treelets.size());
-  }
-  return choose_mode(UpdateMode::hybrid, reached, history);
+  const PosedBvh& last = now();
+  UpdateOutcome outcome;
+  outcome.mode = last.mode;
+  outcome.treelets = static_cast<double>(layout.treelets.size());
+  outcome.made = last.visited.made.load(std::memory_order_relaxed);
+  outcome.rays = static_cast<double>(last.rays.load(std::memory_order_relaxed));
+  outcome.update_ns = last.work.ns();
+  outcome.make_ns = last.visited.make_work.ns();
+  if (outcome.rays == 0.0 && outcome.made == 0.0) return choose_mode(false, std::nullopt, history);
+  return choose_mode(false, outcome, history);
 }
 
 void Bvh::Impl::update(std::span<const vec3> positions, bool borrowed, PosedBvh& out) {
   out.mode = next_mode();
   out.visited.made.store(0, std::memory_order_relaxed);
+  out.visited.make_work.reset();
+  out.work.reset();
+  out.rays.store(0, std::memory_order_relaxed);
   if (out.mode == UpdateMode::full) {
-    update_full(layout, positions, out.bvh);
+    update_full(layout, positions, out.bvh, &out.work);
     return;
   }
   out.copy.clear();
@@ -77,7 +90,7 @@ void Bvh::Impl::update(std::span<const vec3> positions, bool borrowed, PosedBvh&
   out.visited.layout = &layout;
   out.visited.bvh = &out.bvh;
   out.visited.positions = borrowed ? positions.data() : out.copy.data();
-  update_hybrid(layout, positions, out.bvh);
+  update_hybrid(layout, positions, out.bvh, &out.work);
   out.visited.upper.store(out.bvh.root, std::memory_order_release);
 }
 
@@ -175,12 +188,14 @@ bool Bvh::any_hit(const Ray& ray) const {
 
 void Bvh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
                        const QueryOptions& options) const {
+  impl_->count(rays.size());
   const Instance only = impl_->instance();
   sinew::closest_hits({nullptr, &only, 1}, rays, hits, options);
 }
 
 void Bvh::any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
                    const QueryOptions& options) const {
+  impl_->count(rays.size());
   const Instance only = impl_->instance();
   sinew::any_hits({nullptr, &only, 1}, rays, hit, options);
 }

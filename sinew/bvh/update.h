@@ -9,6 +9,7 @@
 #include <span>
 #include <string_view>
 
+#include "sinew/base/work_time.h"
 #include "sinew/bvh/wide.h"
 
 namespace sinew {
@@ -24,11 +25,14 @@ const char* name_of(UpdateMode mode);  // auto, full, hybrid, lazy
 std::optional<UpdateMode> update_mode_named(std::string_view name);
 
 // Mode `full`. Allocates only the first time (or when the layout changed). Returns whether all
-// vertices of triangles are finite; if not, triangles with a vertex that is not are never hit.
-bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out);
+// vertices of triangles are finite; if not, triangles with a vertex that is not are never hit. The
+// time of all threads is added to `work`.
+bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out,
+                 WorkTime* work = nullptr);
 
 // Mode `hybrid`: the boxes of all treelets, then the upper tree. Returns as update_full does.
-bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out);
+bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out,
+                   WorkTime* work = nullptr);
 
 // The same from boxes that the caller knows: box_of(first, boxes) fills in those of the treelets
 // [first, first + boxes.size()).

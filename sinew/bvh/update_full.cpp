@@ -60,6 +60,16 @@ void refit_upper(const Bvh8Layout& layout, Bvh8& out) {
   if (layout.upper_nodes > 0) out.box = node_box(out.nodes[0]);
 }
 
+class Timed {
+ public:
+  explicit Timed(WorkTime* work) {
+    if (work != nullptr) part_.emplace(*work);
+  }
+
+ private:
+  std::optional<WorkTime::Part> part_;
+};
+
 UpdateJob job_of(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
   return {&layout, positions.data(), out.nodes.data(), out.packets.data()};
 }
@@ -81,12 +91,14 @@ void reserve(const Bvh8Layout& layout, Bvh8& out) {
   prepare(layout, true, out);
 }
 
-bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
+bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out,
+                 WorkTime* work) {
   SINEW_CHECK(positions.size() == layout.vertex_count);
   prepare(layout, false, out);
   const UpdateJob job = job_of(layout, positions, out);
   std::atomic<bool> finite = true;
   parallel_for(layout.treelets.size(), kTreeletsPerTask, [&](size_t begin, size_t end) {
+    const Timed timed(work);
     if (!make_treelets(job, static_cast<uint32_t>(begin), static_cast<uint32_t>(end), out.box)) {
       finite.store(false, std::memory_order_relaxed);
     }
@@ -95,12 +107,14 @@ bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8
   return finite;
 }
 
-bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
+bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out,
+                   WorkTime* work) {
   SINEW_CHECK(positions.size() == layout.vertex_count);
   reserve(layout, out);
   const UpdateJob job = job_of(layout, positions, out);
   std::atomic<bool> finite = true;
   const auto exact = [&](uint32_t first, std::span<Box> boxes) {
+    const Timed timed(work);
     if (!treelet_boxes(job, first, boxes)) finite.store(false, std::memory_order_relaxed);
   };
   update_upper(layout, exact, Threads::all, out);

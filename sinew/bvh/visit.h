@@ -32,7 +32,8 @@ struct VisitedBody {
   const vec3* positions = nullptr;  // of all vertices, where they are known; else from the motion
   const ClusterBounds* clusters = nullptr;
   std::atomic<uint32_t> upper = kUnmade;  // kUnmade, kBeingMade, or the root's child word
-  std::atomic<uint32_t> made = 0;         // treelets made in this pose
+  std::atomic<uint32_t> made = 0;         // treelets made in this pose, by rays
+  WorkTime upper_work, make_work;         // what that took, and the upper tree
 };
 
 inline bool is_ready(const VisitedBody& body) {

@@ -89,6 +89,9 @@ void World::Impl::update_shape(const Body& body, PosedObject& posed) {
   visited.pose = &posed.pose;
   visited.clusters = &body.clusters;
   visited.made.store(0, std::memory_order_relaxed);
+  visited.upper_work.reset();
+  visited.make_work.reset();
+  posed.work.reset();
   visited.upper.store(kUnmade, std::memory_order_relaxed);
   posed.finite = true;
   posed.shaped = true;
@@ -102,11 +105,11 @@ void World::Impl::update_shape(const Body& body, PosedObject& posed) {
       visit_upper(visited, Threads::all);
     return;
   }
-  if (posed.positions.empty()) all_positions(body.motion, posed.pose, posed.positions);
+  if (posed.positions.empty()) all_positions(body.motion, posed.pose, posed.positions, &posed.work);
   visited.positions = posed.positions.data();
   posed.finite = posed.mode == UpdateMode::full
-                     ? update_full(body.layout, posed.positions, posed.bvh)
-                     : update_hybrid(body.layout, posed.positions, posed.bvh);
+                     ? update_full(body.layout, posed.positions, posed.bvh, &posed.work)
+                     : update_hybrid(body.layout, posed.positions, posed.bvh, &posed.work);
   posed.local_box = posed.bvh.box;
   visited.upper.store(posed.bvh.root, std::memory_order_release);
 }
@@ -121,20 +124,28 @@ void World::Impl::update_part(const Body& body, const Pose& pose, PosedObject& p
   posed.visited.upper.store(posed.bvh.root, std::memory_order_release);
 }
 
+// What became of the object's last pose, if it had one that rays were traced in.
+std::optional<UpdateOutcome> World::Impl::outcome(const Body& body, const PosedObject& last) const {
+  const WorldFrame& frame = now();
+  const uint64_t rays = frame.rays.load(std::memory_order_relaxed);
+  UpdateOutcome out;
+  out.mode = last.mode;
+  out.treelets = static_cast<double>(body.layout.treelets.size());
+  out.made = last.visited.made.load(std::memory_order_relaxed);
+  if (!last.shaped || (rays == 0 && out.made == 0.0)) return std::nullopt;
+  out.rays = static_cast<double>(rays);
+  out.ray_share = out.made / std::max(frame.made, 1.0);  // as its treelets are of all that are made
+  out.update_ns = last.mode == UpdateMode::lazy ? last.visited.upper_work.ns() : last.work.ns();
+  out.make_ns = last.visited.make_work.ns();
+  return out;
+}
+
 UpdateMode World::Impl::choose(ObjectId id) {
   Object& object = objects[id];
   const Body& body = bodies[object.body];
   const UpdateMode thrifty = body.derivable ? UpdateMode::lazy : UpdateMode::hybrid;
   if (mode != UpdateMode::automatic) return mode == UpdateMode::lazy ? thrifty : mode;
-  const PosedObject& last = now().objects[id];
-  std::optional<float> reached;
-  const uint32_t made = last.visited.made.load(std::memory_order_relaxed);
-  const bool traced = made > 0 || now().rays.load(std::memory_order_relaxed) > 0;
-  if (last.shaped && last.mode != UpdateMode::full && traced) {
-    reached = static_cast<float>(made) /
-              static_cast<float>(std::max<size_t>(body.layout.treelets.size(), 1));
-  }
-  return choose_mode(thrifty, reached, object.history);
+  return choose_mode(body.derivable, outcome(body, now().objects[id]), object.history);
 }
 
 // `other` is the frame that had the object's last pose, should the caller have forgotten it.
@@ -183,6 +194,7 @@ void World::Impl::update(uint32_t index) {
     if (!objects[id].alive || frame.objects[id].version == objects[id].version) continue;
     frame.moved.push_back(id);
   }
+  if (mode == UpdateMode::automatic) count_made(frames[shown]);
   parallel_for(frame.moved.size(), 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) update_object(frame, other, frame.moved[i]);
   });
@@ -192,6 +204,13 @@ void World::Impl::update(uint32_t index) {
   frame.rays.store(0, std::memory_order_relaxed);
   frame.stats.update_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+void World::Impl::count_made(WorldFrame& frame) const {
+  frame.made = 0.0;
+  for (const Instance& instance : frame.instances) {
+    frame.made += frame.objects[instance.object].visited.made.load(std::memory_order_relaxed);
+  }
 }
 
 void World::Impl::count_updates(WorldFrame& frame) const {

@@ -31,9 +31,11 @@ ClusterBounds clusters_of(const Motion& motion, const Bvh8Layout& layout) {
 
 }  // namespace
 
-void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& out) {
+void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& out, WorkTime* work) {
   out.resize(vertex_count(motion));
   parallel_for(out.size(), kVerticesPerTask, [&](size_t begin, size_t end) {
+    std::optional<WorkTime::Part> timed;
+    if (work != nullptr) timed.emplace(*work);
     positions(motion, pose, static_cast<uint32_t>(begin), {out.data() + begin, end - begin});
   });
 }

@@ -60,7 +60,8 @@ struct PosedObject {
   std::vector<vec3> positions;  // of all vertices; of lazy objects empty
   Bvh8 bvh;
   VisitedBody visited;
-  WayUp way;  // of objects that were updated in part
+  WorkTime work;  // of the update
+  WayUp way;      // of objects that were updated in part
 };
 
 // One state of the world. There are two, so that one can be posed while rays are traced through the
@@ -76,6 +77,7 @@ struct WorldFrame {
   ScenePose pose;  // of prepared worlds
   UpdateStats stats;
   std::vector<ObjectId> moved;
+  double made = 0.0;  // treelets that rays made in all objects, when that was last counted
   mutable std::atomic<uint64_t> rays = 0;  // of spans, traced since the commit
   mutable std::atomic<int> queries = 0;    // running now; counted in debug builds only
 };
@@ -104,13 +106,16 @@ struct World::Impl {
   void update_object(WorldFrame& frame, const WorldFrame& other, ObjectId id);
   void update_shape(const Body& body, PosedObject& posed);
   void update_part(const Body& body, const Pose& pose, PosedObject& posed);
+  std::optional<UpdateOutcome> outcome(const Body& body, const PosedObject& last) const;
   UpdateMode choose(ObjectId id);
+  void count_made(WorldFrame& frame) const;
   void count_updates(WorldFrame& frame) const;
   void build_top_tree(WorldFrame& frame);
   Result<void> pose_at(World& world, WorldFrame& frame, double seconds);
 };
 
 // All positions of a motion, in parallel.
-void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& out);
+void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& out,
+                   WorkTime* work = nullptr);
 
 }  // namespace sinew
