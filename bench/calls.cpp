@@ -21,7 +21,11 @@ const char* name_of(TriangleTest test) {
 
 std::vector<Call> our_calls(const Bvh& bvh, TriangleTest test) {
   std::vector<Call> calls;
-  if (test == TriangleTest::robust) calls.push_back(our_call(bvh, kOurSingle, {}));
+  const Precision precision =
+      test == TriangleTest::robust ? Precision::watertight : Precision::fast;
+  calls.push_back(
+      our_call(bvh, kOurSingle, {.grouping = Grouping::none, .precision = precision}));
+  calls.push_back(our_call(bvh, kOurGroups, {.precision = precision}));
   return calls;
 }
 

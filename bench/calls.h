@@ -23,6 +23,7 @@ struct Call {
 };
 
 inline constexpr const char* kOurSingle = "sinew 1";
+inline constexpr const char* kOurGroups = "sinew groups";
 inline constexpr const char* kEmbreeSingle = "embree 1";
 
 std::vector<Call> our_calls(const Bvh& bvh, TriangleTest test);

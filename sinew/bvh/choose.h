@@ -40,7 +40,7 @@ struct UpdateOutcome {
 struct UpdateHistory {
   UpdateChoice choice;
   UpdateCosts costs;
-  double rays = 0.0;         // when `reached` was known
+  double rays = 0.0;  // when `reached` was known
   double ray_share = 1.0;
   uint32_t full_frames = 0;  // since then
 };

@@ -60,14 +60,30 @@ struct HitFilter {
 // light that comes in at a front leaves such a ray through the back.
 enum class Facing : uint8_t { any, front, back };
 
+// How the rays of a span go through the hierarchy. The hits have the same bits either way.
+enum class Grouping : uint8_t {
+  automatic,  // rays with like directions together, where a span is long enough to have them
+  none,       // each for itself
+};
+
+// How carefully rays that go alone are tested. Rays in groups are always watertight.
+enum class Precision : uint8_t {
+  watertight,  // no ray slips through between triangles that share an edge
+  fast,        // rays that meet an edge, or a box's side, within rounding may miss
+};
+
 struct QueryOptions {
   uint32_t mask = 0xffffffffu;
   Facing facing = Facing::any;
+  Grouping grouping = Grouping::automatic;
+  Precision precision = Precision::watertight;
   HitFilter filter = {};
   uint32_t first_ray = 0;  // what the filter is told for rays[0]
 };
 
-// hits[i] = the closest hit of rays[i], or a Hit that is false. Sizes must agree.
+// hits[i] = the closest hit of rays[i], or a Hit that is false. Sizes must agree. Rays with a
+// direction of zero (below 1e-37), and with numbers that are not finite (but for t_max), hit
+// nothing. Spans are fastest if neighbours in them are neighbours in space: tiles of 8x8 pixels.
 void closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
                   const QueryOptions& options = {});
 
@@ -77,14 +93,16 @@ void all_hits(const SceneView& scene, const Ray& ray, std::vector<Hit>& out,
 
 // What one ray cost.
 struct TraversalCounts {
-  uint32_t nodes = 0;    // whose eight boxes were tested, of the top tree too
-  uint32_t packets = 0;  // of four triangles, tested
+  uint32_t nodes = 0;     // whose eight boxes were tested, of the top tree too
+  uint32_t packets = 0;   // of four triangles, tested
+  uint32_t treelets = 0;  // met before they were made
 
   uint32_t steps() const { return nodes + packets; }
 };
-static_assert(sizeof(TraversalCounts) == 8);
+static_assert(sizeof(TraversalCounts) == 12);
 
-// closest_hits, the same hits, that also says what each ray cost. Slower by the counting.
+// closest_hits, the same hits, that also says what each ray cost. Each ray goes alone and is slower
+// by the counting.
 void count_closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
                         std::span<TraversalCounts> counts, const QueryOptions& options = {});
 

@@ -1,0 +1,437 @@
+// Queries that trace rays in groups: rays of a span are sorted by the signs and the largest axis of
+// their directions, and up to 64 of a kind go through the hierarchy together. Where few of them are
+// left, each goes on alone. The hits have the same bits as those of rays traced one by one.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sinew/bvh/group_kernels.cpp"
+// clang-format off
+#include "sinew/base/simd.h"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+// clang-format on
+
+#include <algorithm>
+
+#include "sinew/bvh/query_kernels.h"
+#include "sinew/bvh/ray_group-inl.h"
+#include "sinew/bvh/ray_traversal-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sinew {
+namespace HWY_NAMESPACE {
+
+// So few rays a vector are tested one by one: it costs less than tests of mostly idle lanes.
+constexpr uint32_t kSinglyPerVector = 3;
+
+HWY_INLINE bool are_few(uint64_t rays) {
+  const auto count = static_cast<uint32_t>(__builtin_popcountll(rays));
+  return count <= kSinglyPerVector * count_vectors(rays);
+}
+
+// A child word and the rays that go there.
+struct GroupEntry {
+  uint64_t rays;  // that meet the box
+  float entry;    // where the first of them does
+  uint32_t word;
+};
+
+template <bool kAny>
+class GroupTraversal {
+ public:
+  GroupTraversal(const SceneView& scene, const QueryOptions& options, const Ray* rays)
+      : scene_(scene), options_(options), rays_(rays) {}
+
+  void run(RayGroup& group) {
+    group.prepare();
+    if (scene_.top == nullptr) {
+      if (scene_.instance_count > 0) {
+        visit_instance(scene_.instances[0], kNoChild, group, group.alive, stack_);
+      }
+    } else {
+      descend(scene_.top, nullptr, 0, group, group.alive, stack_,
+              [&](uint32_t word, uint64_t mask, GroupEntry* free) {
+                const TopLeaf leaf = top_leaf(scene_, word);
+                visit_instance(scene_.instances[leaf.instance], leaf.word, group, mask, free);
+              });
+    }
+  }
+
+ private:
+  // Walks a tree of nodes with the rays of `mask`, front to back where the closest hit is sought,
+  // and calls leaf(word, its rays, free part of the stack) for leaves.
+  template <class Leaf>
+  HWY_INLINE void descend(const Node8* nodes, const TrianglePacket* packets, uint32_t root,
+                          RayGroup& group, uint64_t mask, GroupEntry* const base,
+                          const Leaf& leaf) {
+    GroupEntry* top = base;
+    uint32_t word = root;
+    for (;;) {
+      if (is_inner_word(word)) {
+        push_children(nodes, packets, word, group, mask, top);
+      } else {
+        leaf(word, mask, top);
+      }
+      do {
+        if (top == base) return;
+        --top;
+        mask = top->rays & group.alive;
+        if (!kAny) mask = still_reach(group, mask, top->entry);
+      } while (mask == 0);
+      word = top->word;
+    }
+  }
+
+  // Farthest first.
+  HWY_INLINE void push_children(const Node8* nodes, const TrianglePacket* packets, uint32_t parent,
+                                const RayGroup& group, uint64_t mask, GroupEntry*& top) {
+    const Node8& node = nodes[parent];
+    __builtin_prefetch(node.child);
+    alignas(64) float entry[kWidth];
+    GroupEntry* const first = top;
+    const auto push = [&](const GroupEntry& next) {
+      prefetch_child(nodes, packets, next.word);
+      GroupEntry* place = top++;
+      if constexpr (!kAny) {
+        while (place > first && (place - 1)->entry < next.entry) {
+          *place = *(place - 1);
+          --place;
+        }
+      }
+      *place = next;
+    };
+    if (are_few(mask)) {
+      uint64_t rays[kWidth];
+      for (uint32_t bits = test_boxes_singly(node, group, mask, rays, entry); bits != 0;
+           bits &= bits - 1) {
+        const auto child = static_cast<uint32_t>(__builtin_ctz(bits));
+        push({rays[child], entry[child], node.child[child]});
+      }
+      return;
+    }
+    for (uint32_t bits = test_boxes(node, group, entry); bits != 0; bits &= bits - 1) {
+      const auto child = static_cast<uint32_t>(__builtin_ctz(bits));
+      GroupEntry next;
+      next.rays = test_box(node, child, group, mask, next.entry);
+      if (next.rays == 0) continue;
+      next.word = node.child[child];
+      push(next);
+    }
+  }
+
+  // `part` is the child word of a part of it, or kNoChild for all.
+  void visit_instance(const Instance& instance, uint32_t part, RayGroup& group, uint64_t mask,
+                      GroupEntry* base) {
+    if ((instance.mask & options_.mask) == 0) return;
+    uint32_t root = part != kNoChild ? part : instance.root;
+    if (part == kNoChild && instance.body != nullptr) {
+      VisitedBody& body = *instance.body;
+      if (!is_ready(body) && !visit_upper(body)) return visit_alone(instance, group, mask);
+      root = body.upper.load(std::memory_order_acquire);
+    }
+    if (root == kNoChild) return;
+    if (instance.in_place) return visit_body(instance, root, group, mask, base);
+    visit_transformed(instance, root, group, mask, base);
+  }
+
+  // Rays of a class in the object's space make a group of their own.
+  HWY_NOINLINE void visit_transformed(const Instance& instance, uint32_t root, RayGroup& group,
+                                      uint64_t mask, GroupEntry* base) {
+    while (mask != 0) {
+      RayGroup local;
+      uint32_t from[kGroup], common = 0;
+      for (uint64_t rest = mask; rest != 0; rest &= rest - 1) {
+        const auto i = static_cast<uint32_t>(__builtin_ctzll(rest));
+        const Ray& ray = rays_[group.ray[i]];
+        const vec3 origin = transform_point(instance.to_object, ray.origin);
+        const vec4 direction(transform_vector(instance.to_object, ray.direction), 0.0f);
+        const uint32_t kind = group_class(&direction.x);
+        if (local.count == 0) common = kind;
+        if (kind != common) continue;
+        from[local.count] = i;
+        local.set_hit(local.count, group.hit(i));
+        local.add(&origin.x, &direction.x, group.t_min[i], group.t[i], group.ray[i]);
+        mask &= ~(uint64_t{1} << i);
+      }
+      local.prepare();
+      const uint64_t all = local.alive;
+      visit_body(instance, root, local, all, base);
+      for (uint32_t k = 0; k < local.count; ++k) {
+        group.set_hit(from[k], local.hit(k));
+        if (!(local.alive >> k & 1)) group.alive &= ~(uint64_t{1} << from[k]);
+      }
+    }
+    group.find_most_t();
+  }
+
+  void visit_body(const Instance& instance, uint32_t root, RayGroup& group, uint64_t mask,
+                  GroupEntry* base) {
+    const float side = side_of(instance, options_);
+    descend(instance.nodes, instance.packets, root, group, mask, base,
+            [&](uint32_t word, uint64_t rays, GroupEntry*& free) {
+              if (is_leaf_word(word)) {
+                visit_leaf(instance, word, side, group, rays);
+              } else {
+                visit_treelet(instance, treelet_of(word), group, rays, free);
+              }
+            });
+  }
+
+  HWY_NOINLINE void visit_treelet(const Instance& instance, uint32_t treelet, RayGroup& group,
+                                  uint64_t mask, GroupEntry*& top) {
+    VisitedBody& body = *instance.body;
+    uint32_t word = std::atomic_ref(body.bvh->links[treelet]).load(std::memory_order_acquire);
+    if (word >= kBeingMade) word = sinew::visit_treelet(body, treelet);
+    if (word == kNoChild) return resume_alone(instance, treelet_word(treelet), group, mask);
+    *top++ = {mask, 0.0f, word};
+  }
+
+  HWY_INLINE void visit_leaf(const Instance& instance, uint32_t word, float side, RayGroup& group,
+                             uint64_t mask) {
+    const uint32_t first = leaf_first(word), end = first + leaf_packets(word);
+    if (are_few(mask)) {
+      return visit_leaf_singly(instance, first, end, side, group, mask);
+    }
+    for (uint32_t p = first; p != end; ++p) {
+      const PacketPrimitives& primitives = instance.primitives[p];
+      for (uint32_t lane = 0; lane < kPacket; ++lane) {
+        if (primitives[lane] == kNoPrimitive) break;
+        test_triangle(instance.packets[p], lane, group, mask, side,
+                      [&](size_t i, uint32_t bits, auto t, auto v, auto w) {
+                        take_hits(instance, primitives[lane], group, i, bits, t, v, w);
+                      });
+        if (kAny) mask &= group.alive;
+      }
+    }
+    if (!kAny) group.find_most_t();
+  }
+
+  HWY_INLINE void visit_leaf_singly(const Instance& instance, uint32_t first, uint32_t end,
+                                    float side, RayGroup& group, uint64_t mask) {
+    bool closer = false;
+    for (; mask != 0; mask &= mask - 1) {
+      const auto k = static_cast<uint32_t>(__builtin_ctzll(mask));
+      const GroupRay ray(group, k);
+      for (uint32_t p = first; p != end; ++p) {
+        PacketHits hits;
+        test_packet(instance.packets[p], ray, group.t_min[k], group.t[k], side, hits);
+        for (uint32_t bits = hits.bits; bits != 0; bits &= bits - 1) {
+          const int lane = __builtin_ctz(bits);
+          const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], instance.primitives[p][lane],
+                        instance.object};
+          if (hit.primitive == kNoPrimitive || !is_closer(hit, group.hit(k))) continue;
+          if (is_asked(instance, options_) &&
+              !options_.filter.accept(options_.filter.context, options_.first_ray + group.ray[k],
+                                      hit)) {
+            continue;
+          }
+          if (kAny) {
+            group.alive &= ~(uint64_t{1} << k);
+            p = end - 1;
+            break;
+          }
+          group.set_hit(k, hit);
+          closer = true;
+        }
+      }
+    }
+    if (closer) group.find_most_t();
+  }
+
+  // Hits of one triangle by the rays of one vector, the first of which is ray i of the group.
+  template <class V>
+  HWY_INLINE void take_hits(const Instance& instance, uint32_t primitive, RayGroup& group, size_t i,
+                            uint32_t bits, V t, V v, V w) {
+    if (HWY_UNLIKELY(is_asked(instance, options_))) {
+      return filter_hits(instance, primitive, group, i, bits, t, v, w);
+    }
+    if constexpr (kAny) {
+      group.alive &= ~(uint64_t{bits} << i);
+    } else {
+      const DG d;
+      const DGu du;
+      const auto best = hn::Load(d, group.t + i);
+      const auto same_t = hn::Eq(t, best);
+      if (HWY_UNLIKELY((mask_bits(d, same_t) & bits) != 0)) {
+        // Of equal ones the least (object, primitive): rare, so ray by ray.
+        return choose_hits(instance, primitive, group, i, bits, t, v, w);
+      }
+      const auto mask = load_mask(d, bits);
+      const auto mask_u = load_mask(du, bits);
+      hn::BlendedStore(t, mask, d, group.t + i);
+      hn::BlendedStore(v, mask, d, group.v + i);
+      hn::BlendedStore(w, mask, d, group.w + i);
+      hn::BlendedStore(hn::Set(du, primitive), mask_u, du, group.primitive + i);
+      hn::BlendedStore(hn::Set(du, instance.object), mask_u, du, group.object + i);
+    }
+  }
+
+  template <class V>
+  HWY_NOINLINE void choose_hits(const Instance& instance, uint32_t primitive, RayGroup& group,
+                                size_t i, uint32_t bits, V t, V v, V w) {
+    each_hit(instance, primitive, group, i, bits, t, v, w,
+             [](uint32_t, const Hit&) { return true; });
+  }
+  template <class V>
+  HWY_NOINLINE void filter_hits(const Instance& instance, uint32_t primitive, RayGroup& group,
+                                size_t i, uint32_t bits, V t, V v, V w) {
+    each_hit(instance, primitive, group, i, bits, t, v, w, [&](uint32_t ray, const Hit& hit) {
+      return options_.filter.accept(options_.filter.context, options_.first_ray + ray, hit);
+    });
+  }
+  template <class V, class Accept>
+  HWY_INLINE void each_hit(const Instance& instance, uint32_t primitive, RayGroup& group, size_t i,
+                           uint32_t bits, V t, V v, V w, const Accept& accept) {
+    const DG d;
+    alignas(64) float ts[kGroup], vs[kGroup], ws[kGroup];
+    hn::Store(t, d, ts);
+    hn::Store(v, d, vs);
+    hn::Store(w, d, ws);
+    for (; bits != 0; bits &= bits - 1) {
+      const auto lane = static_cast<uint32_t>(__builtin_ctz(bits));
+      const uint32_t k = static_cast<uint32_t>(i) + lane;
+      const Hit hit{ts[lane], vs[lane], ws[lane], primitive, instance.object};
+      if (!is_closer(hit, group.hit(k)) || !accept(group.ray[k], hit)) continue;
+      if (kAny) group.alive &= ~(uint64_t{1} << k);
+      if (!kAny) group.set_hit(k, hit);
+    }
+  }
+
+  // What another thread is making is looked through for each ray.
+  HWY_NOINLINE void visit_alone(const Instance& instance, RayGroup& group, uint64_t mask) {
+    each_alone(group, mask, [&](Traversal<kAny, RaySetup>& ray, const Hit& best) {
+      return ray.resume(instance, best);
+    });
+  }
+  HWY_NOINLINE void resume_alone(const Instance& instance, uint32_t word, RayGroup& group,
+                                 uint64_t mask) {
+    each_alone(group, mask, [&](Traversal<kAny, RaySetup>& ray, const Hit& best) {
+      return ray.resume(instance, word, best);
+    });
+  }
+  template <class Trace>
+  HWY_INLINE void each_alone(RayGroup& group, uint64_t mask, const Trace& trace) {
+    for (; mask != 0; mask &= mask - 1) {
+      const auto i = static_cast<uint32_t>(__builtin_ctzll(mask));
+      const uint32_t index = group.ray[i];
+      Traversal<kAny, RaySetup> ray(scene_, options_, rays_[index], options_.first_ray + index);
+      const Hit hit = trace(ray, group.hit(i));
+      if (kAny && hit) group.alive &= ~(uint64_t{1} << i);
+      if (!kAny) group.set_hit(i, hit);
+    }
+    group.find_most_t();
+  }
+
+  const SceneView& scene_;
+  const QueryOptions& options_;
+  const Ray* const rays_;
+  GroupEntry stack_[kStackSize];
+};
+
+// Rays of a span are sorted this many at a time.
+constexpr size_t kBlock = 2048;
+
+struct SortedBlock {
+  uint16_t order[kBlock];
+  uint32_t first[kGroupClasses + 2] = {};  // of every class in `order`; the last are untraceable
+
+  HWY_INLINE SortedBlock(const Ray* rays, size_t count) {
+    uint8_t kind[kBlock];
+    uint32_t next[kGroupClasses + 1] = {};
+    for (size_t i = 0; i < count; ++i) {
+      kind[i] = static_cast<uint8_t>(is_traceable(rays[i]) ? group_class(&rays[i].direction.x)
+                                                           : kGroupClasses);
+      ++next[kind[i]];
+    }
+    for (uint32_t k = 0; k <= kGroupClasses; ++k) {
+      first[k + 1] = first[k] + next[k];
+      next[k] = first[k];
+    }
+    for (size_t i = 0; i < count; ++i) order[next[kind[i]]++] = static_cast<uint16_t>(i);
+  }
+};
+
+// Fewer rays of a class are traced one by one.
+constexpr uint32_t kLeastGroup = 4;
+
+// Traces groups and calls out(group, i) for each of their rays, and alone(index of the ray) for
+// rays that are in none.
+template <bool kAny, class Out, class Alone>
+HWY_INLINE void trace_groups(const SceneView& scene, const Ray* rays, size_t count,
+                             const QueryOptions& options, const Out& out, const Alone& alone) {
+  GroupTraversal<kAny> traversal(scene, options, rays);
+  for (size_t begin = 0; begin < count; begin += kBlock) {
+    const SortedBlock block(rays + begin, std::min(kBlock, count - begin));
+    for (uint32_t kind = 0; kind < kGroupClasses; ++kind) {
+      for (uint32_t i = block.first[kind]; i < block.first[kind + 1];) {
+        const uint32_t end = std::min(i + kGroup, block.first[kind + 1]);
+        if (end - i < kLeastGroup) {
+          for (; i < end; ++i) alone(static_cast<uint32_t>(begin + block.order[i]));
+          break;
+        }
+        RayGroup group;
+        for (; i < end; ++i) {
+          const auto index = static_cast<uint32_t>(begin + block.order[i]);
+          const Ray& ray = rays[index];
+          group.add(&ray.origin.x, &ray.direction.x, ray.t_min, ray.t_max, index);
+        }
+        const uint32_t rays_in = group.count;
+        group.clear_hits();
+        traversal.run(group);
+        for (uint32_t k = 0; k < rays_in; ++k) out(group, k);
+      }
+    }
+    for (uint32_t i = block.first[kGroupClasses]; i < block.first[kGroupClasses + 1]; ++i) {
+      alone(static_cast<uint32_t>(begin + block.order[i]));
+    }
+  }
+}
+
+void closest_hits_grouped_kernel(const SceneView& scene, const Ray* rays, Hit* hits, size_t count,
+                                 const QueryOptions& options) {
+  trace_groups<false>(
+      scene, rays, count, options,
+      [&](const RayGroup& group, uint32_t i) {
+        Hit hit = group.hit(i);
+        hit.t = hit ? hit.t : std::numeric_limits<float>::infinity();
+        hits[group.ray[i]] = hit;
+      },
+      [&](uint32_t ray) {
+        hits[ray] =
+            Traversal<false, RaySetup>(scene, options, rays[ray], options.first_ray + ray).run();
+      });
+}
+
+void any_hits_grouped_kernel(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
+                             const QueryOptions& options) {
+  trace_groups<true>(
+      scene, rays, count, options,
+      [&](const RayGroup& group, uint32_t i) { hit[group.ray[i]] = !(group.alive >> i & 1); },
+      [&](uint32_t ray) {
+        hit[ray] = static_cast<bool>(
+            Traversal<true, RaySetup>(scene, options, rays[ray], options.first_ray + ray).run());
+      });
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sinew
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sinew {
+
+HWY_EXPORT(closest_hits_grouped_kernel);
+HWY_EXPORT(any_hits_grouped_kernel);
+
+void closest_hits_grouped(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
+                          const QueryOptions& options) {
+  HWY_DYNAMIC_DISPATCH(closest_hits_grouped_kernel)
+  (scene, rays.data(), hits.data(), rays.size(), options);
+}
+
+void any_hits_grouped(const SceneView& scene, std::span<const Ray> rays, std::span<uint8_t> hit,
+                      const QueryOptions& options) {
+  HWY_DYNAMIC_DISPATCH(any_hits_grouped_kernel)
+  (scene, rays.data(), hit.data(), rays.size(), options);
+}
+
+}  // namespace sinew
+#endif
