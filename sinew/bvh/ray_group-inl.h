@@ -306,38 +306,26 @@ HWY_INLINE void test_triangle(const TrianglePacket& packet, uint32_t lane, const
   for (size_t i = 0; i < group.count; i += hn::Lanes(d)) {
     const auto part = static_cast<uint32_t>(mask >> i) & ((1u << hn::Lanes(d)) - 1u);
     if (part == 0) continue;
-    const V ox = hn::Load(d, group.origin[group.kx] + i);
-    const V oy = hn::Load(d, group.origin[group.ky] + i);
-    const V oz = hn::Load(d, group.origin[group.kz] + i);
-    const V shear_x = hn::Load(d, group.shear_x + i), shear_y = hn::Load(d, group.shear_y + i);
-    V x[3], y[3], z[3], e[3];
-    for (int corner = 0; corner < 3; ++corner) {
-      const auto& at = packet.v[corner];
-      z[corner] = hn::Sub(hn::Set(d, at[group.kz][lane]), oz);
-      x[corner] = hn::Sub(hn::Sub(hn::Set(d, at[group.kx][lane]), ox), hn::Mul(shear_x, z[corner]));
-      y[corner] = hn::Sub(hn::Sub(hn::Set(d, at[group.ky][lane]), oy), hn::Mul(shear_y, z[corner]));
-    }
-    for (int k = 0; k < 3; ++k) {
-      const int a = (k + 2) % 3, b = (k + 1) % 3;
-      e[k] = hn::Sub(hn::Mul(x[a], y[b]), hn::Mul(y[a], x[b]));
-    }
-    const auto any_zero =
-        hn::Or(hn::Or(hn::Eq(e[0], zero), hn::Eq(e[1], zero)), hn::Eq(e[2], zero));
-    if (HWY_UNLIKELY(!hn::AllFalse(d, any_zero))) exact_edges(d, x, y, e);
-    const V least = hn::Min(hn::Min(e[0], e[1]), e[2]);
-    const V most = hn::Max(hn::Max(e[0], e[1]), e[2]);
-    const V det = hn::Add(hn::Add(e[0], e[1]), e[2]);
-    auto hit = hn::And(hn::Or(hn::Ge(least, zero), hn::Le(most, zero)), hn::Ne(det, zero));
+    const auto along = [&](uint32_t axis) {
+      const V origin = hn::Load(d, group.origin[axis] + i);
+      return Triple<V>{hn::Sub(hn::Set(d, packet.v[0][axis][lane]), origin),
+                       hn::Sub(hn::Set(d, packet.v[1][axis][lane]), origin),
+                       hn::Sub(hn::Set(d, packet.v[2][axis][lane]), origin)};
+    };
+    const Triple<V> z = along(group.kz);
+    const Triple<V> x = sheared(along(group.kx), hn::Load(d, group.shear_x + i), z);
+    const Triple<V> y = sheared(along(group.ky), hn::Load(d, group.shear_y + i), z);
+    Triple<V> e;
+    auto hit = test_edges(d, x, y, e);
     if ((mask_bits(d, hit) & part) == 0) continue;
-    const V scaled =
-        hn::Mul(hn::Load(d, group.shear_z + i),
-                hn::Add(hn::Add(hn::Mul(e[0], z[0]), hn::Mul(e[1], z[1])), hn::Mul(e[2], z[2])));
-    const V t = hn::Div(scaled, det);
+    const V det = hn::Add(hn::Add(e.a, e.b), e.c);
+    const V t = hn::Div(scaled_distance(e, z, hn::Load(d, group.shear_z + i)), det);
+    hit = hn::And(hit, hn::Ne(det, zero));
     hit = hn::And(
         hit, hn::And(hn::Ge(t, hn::Load(d, group.t_min + i)), hn::Le(t, hn::Load(d, group.t + i))));
     hit = hn::And(hit, hn::Ge(hn::Mul(det, hn::Set(d, side)), zero));
     const uint32_t bits = mask_bits(d, hit) & part;
-    if (bits != 0) on_hit(i, bits, t, hn::Div(e[1], det), hn::Div(e[2], det));
+    if (bits != 0) on_hit(i, bits, t, hn::Div(e.b, det), hn::Div(e.c, det));
   }
 }
 

@@ -205,26 +205,75 @@ struct PacketHits {
   alignas(16) float t[4], v[4], w[4];  // distance; weights of the second and third corner
 };
 
-// Edge functions again in double, where float arithmetic gave zero. e[i] belongs to the edge
-// opposite corner i.
+// Three corners' or edges' values, one triangle or ray a lane. Edge i is opposite corner i.
+template <class V>
+struct Triple {
+  V a, b, c;
+};
+
+// Edge functions again in double, where float arithmetic gave zero. By value, so that callers need
+// not keep what is hardly ever asked for in memory.
 template <class D, class V = hn::Vec<D>>
-HWY_NOINLINE void exact_edges(D d, const V (&x)[3], const V (&y)[3], V (&e)[3]) {
+HWY_NOINLINE Triple<V> exact_edges(D d, V xa, V xb, V xc, V ya, V yb, V yc, Triple<V> edges) {
   constexpr size_t kMost = 16;
-  alignas(64) float sx[3][kMost], sy[3][kMost], se[kMost];
-  for (int c = 0; c < 3; ++c) {
-    hn::Store(x[c], d, sx[c]);
-    hn::Store(y[c], d, sy[c]);
-  }
+  alignas(64) float x[3][kMost], y[3][kMost], e[3][kMost];
+  hn::Store(xa, d, x[0]);
+  hn::Store(xb, d, x[1]);
+  hn::Store(xc, d, x[2]);
+  hn::Store(ya, d, y[0]);
+  hn::Store(yb, d, y[1]);
+  hn::Store(yc, d, y[2]);
+  hn::Store(edges.a, d, e[0]);
+  hn::Store(edges.b, d, e[1]);
+  hn::Store(edges.c, d, e[2]);
   for (int i = 0; i < 3; ++i) {
-    const int a = (i + 2) % 3, b = (i + 1) % 3;
-    hn::Store(e[i], d, se);
+    const int from = (i + 2) % 3, to = (i + 1) % 3;
     for (size_t lane = 0; lane < hn::Lanes(d); ++lane) {
-      if (se[lane] != 0) continue;
-      se[lane] = static_cast<float>(double{sx[a][lane]} * double{sy[b][lane]} -
-                                    double{sy[a][lane]} * double{sx[b][lane]});
+      if (e[i][lane] != 0) continue;
+      e[i][lane] = static_cast<float>(double{x[from][lane]} * double{y[to][lane]} -
+                                      double{y[from][lane]} * double{x[to][lane]});
     }
-    e[i] = hn::Load(d, se);
   }
+  return {hn::Load(d, e[0]), hn::Load(d, e[1]), hn::Load(d, e[2])};
+}
+
+// Lanes in which the edge functions have no different signs.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE hn::Mask<D> signs_agree(D d, const Triple<V>& e) {
+  const V zero = hn::Zero(d);
+  return hn::Or(hn::Ge(hn::Min(hn::Min(e.a, e.b), e.c), zero),
+                hn::Le(hn::Max(hn::Max(e.a, e.b), e.c), zero));
+}
+
+// Corners relative to the ray's origin, moved so that the ray runs along the third axis.
+template <class V>
+HWY_INLINE Triple<V> sheared(const Triple<V>& corner, V shear, const Triple<V>& z) {
+  return {hn::Sub(corner.a, hn::Mul(shear, z.a)), hn::Sub(corner.b, hn::Mul(shear, z.b)),
+          hn::Sub(corner.c, hn::Mul(shear, z.c))};
+}
+
+// The distance of the hit, times the sum of the edge functions.
+template <class V>
+HWY_INLINE V scaled_distance(const Triple<V>& e, const Triple<V>& z, V shear_z) {
+  return hn::Mul(shear_z,
+                 hn::Add(hn::Add(hn::Mul(e.a, z.a), hn::Mul(e.b, z.b)), hn::Mul(e.c, z.c)));
+}
+
+// The edge functions of triangles in the ray's sheared space (Woop 2013), and the lanes in which
+// they agree. Zeros count only there, so only there they are looked for.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE hn::Mask<D> test_edges(D d, const Triple<V>& x, const Triple<V>& y, Triple<V>& e) {
+  e = {hn::Sub(hn::Mul(x.c, y.b), hn::Mul(y.c, x.b)), hn::Sub(hn::Mul(x.a, y.c), hn::Mul(y.a, x.c)),
+       hn::Sub(hn::Mul(x.b, y.a), hn::Mul(y.b, x.a))};
+  auto agree = signs_agree(d, e);
+  if (hn::AllFalse(d, agree)) return agree;
+  const V zero = hn::Zero(d);
+  const auto any_zero = hn::Or(hn::Or(hn::Eq(e.a, zero), hn::Eq(e.b, zero)), hn::Eq(e.c, zero));
+  if (HWY_UNLIKELY(!hn::AllFalse(d, hn::And(agree, any_zero)))) {
+    e = exact_edges(d, x.a, x.b, x.c, y.a, y.b, y.c, e);
+    agree = signs_agree(d, e);
+  }
+  return agree;
 }
 
 // `side` is 0, or the sign that the determinant must have: 1 for front faces, -1 for back faces.
@@ -233,40 +282,29 @@ HWY_INLINE void test_packet(const TrianglePacket& packet, const Setup& ray, floa
                             float t_max, float side, PacketHits& out) {
   const D4 d;
   const V4 zero = hn::Zero(d);
-  const V4 shear_x = hn::Set(d, ray.shear_x), shear_y = hn::Set(d, ray.shear_y);
-  V4 x[3], y[3], z[3];
-  for (int corner = 0; corner < 3; ++corner) {
-    const auto& v = packet.v[corner];
-    z[corner] = hn::Sub(hn::Load(d, v[ray.kz]), hn::Set(d, ray.origin[ray.kz]));
-    x[corner] = hn::Sub(hn::Sub(hn::Load(d, v[ray.kx]), hn::Set(d, ray.origin[ray.kx])),
-                        hn::Mul(shear_x, z[corner]));
-    y[corner] = hn::Sub(hn::Sub(hn::Load(d, v[ray.ky]), hn::Set(d, ray.origin[ray.ky])),
-                        hn::Mul(shear_y, z[corner]));
-  }
-  V4 e[3];  // edge functions: e[i] belongs to the edge opposite corner i
-  for (int i = 0; i < 3; ++i) {
-    const int a = (i + 2) % 3, b = (i + 1) % 3;
-    e[i] = hn::Sub(hn::Mul(x[a], y[b]), hn::Mul(y[a], x[b]));
-  }
-  const auto any_zero = hn::Or(hn::Or(hn::Eq(e[0], zero), hn::Eq(e[1], zero)), hn::Eq(e[2], zero));
-  if (HWY_UNLIKELY(!hn::AllFalse(d, any_zero))) exact_edges(d, x, y, e);
-  const V4 least = hn::Min(hn::Min(e[0], e[1]), e[2]);
-  const V4 most = hn::Max(hn::Max(e[0], e[1]), e[2]);
-  const V4 det = hn::Add(hn::Add(e[0], e[1]), e[2]);
-  auto hit = hn::And(hn::Or(hn::Ge(least, zero), hn::Le(most, zero)), hn::Ne(det, zero));
+  const auto along = [&](uint32_t axis) {
+    const V4 origin = hn::Set(d, ray.origin[axis]);
+    return Triple<V4>{hn::Sub(hn::Load(d, packet.v[0][axis]), origin),
+                      hn::Sub(hn::Load(d, packet.v[1][axis]), origin),
+                      hn::Sub(hn::Load(d, packet.v[2][axis]), origin)};
+  };
+  const Triple<V4> z = along(ray.kz);
+  const Triple<V4> x = sheared(along(ray.kx), hn::Set(d, ray.shear_x), z);
+  const Triple<V4> y = sheared(along(ray.ky), hn::Set(d, ray.shear_y), z);
+  Triple<V4> e;
+  auto hit = test_edges(d, x, y, e);
   out.bits = 0;
   if (hn::AllFalse(d, hit)) return;
-  const V4 shear_z = hn::Set(d, ray.shear_z);
-  const V4 scaled = hn::Mul(
-      shear_z, hn::Add(hn::Add(hn::Mul(e[0], z[0]), hn::Mul(e[1], z[1])), hn::Mul(e[2], z[2])));
-  const V4 t = hn::Div(scaled, det);
+  const V4 det = hn::Add(hn::Add(e.a, e.b), e.c);
+  const V4 t = hn::Div(scaled_distance(e, z, hn::Set(d, ray.shear_z)), det);
+  hit = hn::And(hit, hn::Ne(det, zero));
   hit = hn::And(hit, hn::And(hn::Ge(t, hn::Set(d, t_min)), hn::Le(t, hn::Set(d, t_max))));
   hit = hn::And(hit, hn::Ge(hn::Mul(det, hn::Set(d, side)), zero));
   out.bits = mask_bits(d, hit);
   if (out.bits == 0) return;
   hn::Store(t, d, out.t);
-  hn::Store(hn::Div(e[1], det), d, out.v);
-  hn::Store(hn::Div(e[2], det), d, out.w);
+  hn::Store(hn::Div(e.b, det), d, out.v);
+  hn::Store(hn::Div(e.c, det), d, out.w);
 }
 
 // Three components of four vectors.

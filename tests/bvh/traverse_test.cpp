@@ -170,6 +170,43 @@ TEST(Grouping, ObeysMasksFacingAndFilters) {
   }
 }
 
+TEST(Precision, FastFindsTheSameButForEdges) {
+  for (const bool single_sided : {false, true}) {
+    const test::Shape shape = test::random_triangles(3000, 21);
+    World world;
+    const BodyId body =
+        *world.add_body({shape.triangles, RigidMotion{shape.positions}, Pose(), {}});
+    ObjectDesc desc;
+    desc.single_sided = single_sided;
+    ASSERT_TRUE(world.set_pose(*world.add_object(body, desc), Pose()));
+    world.commit();
+    const std::vector<Ray> rays = mixed_rays(22, 4000);
+    for (const Facing facing : {Facing::front, Facing::back}) {
+      QueryOptions options{.facing = facing, .grouping = Grouping::none};
+      std::vector<Hit> exact(rays.size()), fast(rays.size());
+      std::vector<uint8_t> any(rays.size());
+      world.closest_hits(rays, exact, options);
+      options.precision = Precision::fast;
+      world.closest_hits(rays, fast, options);
+      world.any_hits(rays, any, options);
+      size_t hits = 0, differ = 0;
+      for (size_t i = 0; i < rays.size(); ++i) {
+        hits += static_cast<bool>(exact[i]);
+        EXPECT_EQ(any[i] != 0, static_cast<bool>(fast[i])) << "ray " << i;
+        if (exact[i].object != fast[i].object || exact[i].primitive != fast[i].primitive) {
+          ++differ;
+        } else if (exact[i]) {
+          EXPECT_NEAR(exact[i].t, fast[i].t, 1e-3f) << "ray " << i;
+          EXPECT_NEAR(exact[i].u, fast[i].u, 1e-2f) << "ray " << i;
+          EXPECT_NEAR(exact[i].v, fast[i].v, 1e-2f) << "ray " << i;
+        }
+      }
+      EXPECT_GT(hits, rays.size() / 10);
+      EXPECT_LE(differ, rays.size() / 500);
+    }
+  }
+}
+
 TEST(BadRays, MeetNothing) {
   const World world = world_of(test::sphere(3), 2);
   const float nan = std::numeric_limits<float>::quiet_NaN(), infinity = INFINITY;
