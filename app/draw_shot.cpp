@@ -73,9 +73,9 @@ Result<FrameRecord> draw_shot(Stage& stage, const Shot& shot) {
   stage.absent = std::max(stage.absent, pose.absent);
   FrameRecord record;
   record.shot = shot;
-  record.update_ms = stage.world.stats().update_ms;
   stage.view = stage.camera.view(stage.scene, pose);
   draw_picture(stage, start, record);
+  record.update = stage.world.stats();
   record.total_ms = ms_since(start);
   return record;
 }

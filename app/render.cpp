@@ -148,12 +148,18 @@ RenderReport begin_report(const RenderJob& job, const Scene& scene, int clip,
   return report;
 }
 
+PrepareOptions prepare_options(const RenderJob& job) {
+  return {.clip = job.clip,
+          .update = job.update,
+          .top_tree = job.one_tree ? TopTree::treelets : TopTree::objects};
+}
+
 Result<void> draw_scene(const RenderJob& job, const Scene& scene, int clip,
                         const std::vector<Shot>& shots, RenderReport& report) {
   const RenderSettings& settings = job.settings;
   const float aspect = static_cast<float>(settings.width) / static_cast<float>(settings.height);
   SINEW_TRY(const FrameCamera camera, FrameCamera::choose(job.camera, scene, clip, aspect));
-  SINEW_TRY(World world, prepare(scene, {.clip = job.clip, .build = {}}));
+  SINEW_TRY(World world, prepare(scene, prepare_options(job)));
   Stage stage{job, scene, world, camera};
   SINEW_CHECKED(draw_all(stage, shots, report));
   if (stage.absent > 0) {

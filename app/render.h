@@ -30,6 +30,8 @@ struct RenderJob {
   bool progressive = false;       // refine frames in which nothing moves
   std::optional<Rgb> background;  // lies behind everything in the finished picture
   int threads = 0;                // 0: all
+  UpdateMode update = UpdateMode::automatic;
+  bool one_tree = false;
   ViewChoice view;
   LayerChoice layers;  // of .exr
   OutputName output;

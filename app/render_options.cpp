@@ -161,7 +161,14 @@ void add_speed_options(CLI::App& app, Flags& flags) {
 void add_engine_options(CLI::App& app, Flags& flags) {
   constexpr const char* kGroup = "Engine";
   app.add_option("--mode", flags.mode, "triangles (voxels and mixed will come)")->group(kGroup);
-  app.add_option("--update", flags.update, "full or auto (hybrid and lazy will come)")
+  app.add_option(
+         "--update", flags.update,
+         "How objects follow their poses: full (every vertex), hybrid (vertices, but "
+         "insides when a ray comes), lazy (only what rays reach) or auto, which chooses for "
+         "each object (default: auto); the picture is the same")
+      ->group(kGroup);
+  app.add_flag("--one-tree", flags.job.one_tree,
+               "One tree over the parts of all objects, for objects that overlap")
       ->group(kGroup);
   app.add_option("--threads", flags.job.threads, "At most so many (default: 0, all)")
       ->check(whole_number_in(0, 4096))
@@ -176,24 +183,18 @@ tl::unexpected<Error> usage(std::string problem, std::string remedy) {
   return fail({ErrorKind::usage, "", "", std::move(problem), std::move(remedy)});
 }
 
-Result<void> check_engine(const Flags& flags) {
-  const auto check = [](const char* option, const std::string& word,
-                        std::initializer_list<const char*> now,
-                        std::initializer_list<const char*> later) -> Result<void> {
-    for (const char* known : now) {
-      if (word.empty() || word == known) return {};
-    }
-    for (const char* planned : later) {
-      if (word == planned) {
-        return usage(fmt::format("{} {} is planned, but not there yet", option, word),
-                     fmt::format("use {} {}", option, *now.begin()));
-      }
-    }
-    return usage(fmt::format("{} '{}' is unknown", option, word),
-                 fmt::format("use {} {}", option, *now.begin()));
-  };
-  SINEW_CHECKED(check("--mode", flags.mode, {"triangles"}, {"voxels", "mixed"}));
-  return check("--update", flags.update, {"auto", "full"}, {"hybrid", "lazy", "local"});
+Result<void> check_mode(const std::string& mode) {
+  if (mode.empty() || mode == "triangles") return {};
+  if (mode == "voxels" || mode == "mixed") {
+    return usage("--mode " + mode + " is planned, but not there yet", "use --mode triangles");
+  }
+  return usage("--mode '" + mode + "' is unknown", "use --mode triangles");
+}
+
+Result<UpdateMode> parse_update(const std::string& word) {
+  if (word.empty()) return UpdateMode::automatic;
+  if (const std::optional<UpdateMode> mode = update_mode_named(word)) return *mode;
+  return usage("--update '" + word + "' is unknown", "use auto, full, hybrid or lazy");
 }
 
 // What each format cannot hold.
@@ -307,7 +308,8 @@ Result<void> check_memory(const RenderJob& job) {
 
 Result<RenderJob> read(const Flags& flags) {
   RenderJob job = flags.job;
-  SINEW_CHECKED(check_engine(flags));
+  SINEW_CHECKED(check_mode(flags.mode));
+  SINEW_TRY(job.update, parse_update(flags.update));
   SINEW_TRY(const ImageSize size, parse_size(flags.size));
   job.settings.width = size.width;
   job.settings.height = size.height;

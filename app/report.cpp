@@ -25,15 +25,26 @@ double mrays_per_s(const FrameStats& stats) {
   return static_cast<double>(stats.rays.total()) / stats.trace_ms * 1e-3;
 }
 
+static Json update_json(const UpdateStats& stats) {
+  return {{"unchanged", stats.unchanged},
+          {"full", stats.full},
+          {"hybrid", stats.hybrid},
+          {"lazy", stats.lazy},
+          {"skipped", stats.objects_skipped},
+          {"treelets", stats.treelets},
+          {"treelets_made", stats.treelets_made}};
+}
+
 std::string to_json(const RenderReport& report) {
   Json frames = Json::array();
   for (const FrameRecord& frame : report.frames) {
     Json entry = {
         {"frame", frame.shot.frame},           {"time_s", frame.shot.time},
-        {"update_ms", frame.update_ms},        {"trace_ms", frame.stats.trace_ms},
+        {"update_ms", frame.update.update_ms}, {"trace_ms", frame.stats.trace_ms},
         {"shade_ms", frame.stats.shade_ms},    {"total_ms", frame.total_ms},
         {"rays", rays_json(frame.stats.rays)}, {"mrays_per_s", mrays_per_s(frame.stats)},
     };
+    entry["update"] = update_json(frame.update);
     if (frame.view.steps) {
       entry["steps"] = {{"mean", frame.view.steps->mean},
                         {"largest", frame.view.steps->largest},

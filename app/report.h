@@ -13,7 +13,7 @@ namespace sinew::app {
 
 struct FrameRecord {
   Shot shot;
-  double update_ms = 0.0;
+  UpdateStats update;
   double total_ms = 0.0;  // from the new time to the finished 8-bit picture
   FrameStats stats;
   ViewRecord view;

@@ -1,4 +1,4 @@
-// Times and figures that all benches share.
+// Times and averages, and figures without a goal (figures.h has those with one).
 #pragma once
 
 #include <algorithm>

@@ -4,7 +4,10 @@
 #include <optional>
 #include <span>
 
+#include "bench/calls.h"
+#include "bench/contest.h"
 #include "bench/embree_scene.h"
+#include "bench/figures.h"
 #include "bench/measure.h"
 #include "bench/workload.h"
 #include "sinew/base/parallel.h"
@@ -16,54 +19,104 @@
 namespace sinew::bench {
 namespace {
 
-constexpr size_t kRaysPerTask = 1024;
+using nlohmann::json;
 
-// Both opponents are asked in the same way: chunks of rays from the same threads.
-template <class Engine>
-void trace_closest(const Engine& engine, std::span<const Ray> rays, std::span<Hit> hits) {
-  parallel_for(rays.size(), kRaysPerTask, [&](size_t begin, size_t end) {
-    engine.closest_hits(rays.subspan(begin, end - begin), hits.subspan(begin, end - begin));
-  });
-}
-template <class Engine>
-void trace_any(const Engine& engine, std::span<const Ray> rays, std::span<uint8_t> hit) {
-  parallel_for(rays.size(), kRaysPerTask, [&](size_t begin, size_t end) {
-    engine.any_hits(rays.subspan(begin, end - begin), hit.subspan(begin, end - begin));
-  });
-}
-
-constexpr std::array kKinds = {"primary", "shadow", "ambient"};
-
-// Milliseconds of every repeat, by kind of ray.
-struct Times {
-  std::array<std::vector<double>, 3> kind;
-  std::vector<double> total;
+// What the figures are made of: ratios to Embree, one a scene, frame and kind of ray.
+struct Ratios {
+  std::vector<double> single_robust, single_fast;    // rays a second, one ray a call
+  std::vector<double> packets_robust, packets_fast;  // primary rays, best call of each
+  std::vector<double> refit;                         // time of an update
 };
 
-template <class Engine>
-void time_once(const Engine& engine, const Workload& work, std::span<Hit> hits,
-               std::span<uint8_t> any, Times& out) {
-  const double primary = milliseconds([&] { trace_closest(engine, work.primary, hits); });
-  const double shadow =
-      milliseconds([&] { trace_any(engine, work.shadow, any.first(work.shadow.size())); });
-  const double ambient =
-      milliseconds([&] { trace_any(engine, work.ambient, any.first(work.ambient.size())); });
-  out.kind[0].push_back(primary);
-  out.kind[1].push_back(shadow);
-  out.kind[2].push_back(ambient);
-  out.total.push_back(primary + shadow + ambient);
-}
-
-double mega_per_second(size_t rays, const std::vector<double>& ms) {
-  const double time = median(ms);
-  return time > 0 ? double(rays) / time * 1e-3 : 0.0;
-}
-
-struct FrameResult {
-  nlohmann::json row;
-  double trace_ratio = 0.0;  // our rays a second over Embree's
-  double refit_ratio = 0.0;  // our update time over Embree's refit
+// Embree's hierarchies of one kind, watertight and not.
+struct EmbreePair {
+  EmbreeScene robust, fast;
+  EmbreePair(const FlatScene& scene, EmbreeMode mode) : robust({mode, true}), fast({mode, false}) {
+    for (EmbreeScene* const embree : {&robust, &fast}) {
+      embree->add_mesh(scene.positions, scene.triangles, EmbreeMotion::deforms);
+      embree->commit();
+    }
+  }
+  void move(std::span<const vec3> positions) {
+    for (EmbreeScene* const embree : {&robust, &fast}) {
+      std::ranges::copy(positions, embree->vertices().begin());
+    }
+  }
+  const EmbreeScene& with(TriangleTest test) const {
+    return test == TriangleTest::robust ? robust : fast;
+  }
 };
+
+// One frame of one scene: where we are, for the rows.
+struct Place {
+  std::string scene;
+  double time = 0.0;
+  const char* tree = "static";  // or "refit"
+  TriangleTest test = TriangleTest::robust;
+};
+
+struct Kind {
+  const char* name;
+  std::span<const Ray> rays;
+  bool closest;  // closest hits, or any hit
+};
+
+// Millions of rays a second by every call, into `rows`. The rivals are in the order of `calls`.
+std::vector<Rival> time_kind(const Place& place, const Kind& kind, std::span<const Call> calls,
+                             uint32_t repeats, json& rows) {
+  std::vector<Hit> hits(kind.closest ? kind.rays.size() : 0);
+  std::vector<uint8_t> hit(kind.closest ? 0 : kind.rays.size());
+  std::vector<Rival> rivals;
+  for (const Call& call : calls) {
+    rivals.push_back({call.name, [&](uint32_t) {
+                        kind.closest ? trace_closest(call, kind.rays, hits)
+                                     : trace_any(call, kind.rays, hit);
+                      }});
+  }
+  compete(rivals, {1, repeats}, 0);
+  for (const Rival& rival : rivals) {
+    rows.push_back({{"table", "trace"},
+                    {"scene", place.scene},
+                    {"time_s", place.time},
+                    {"tree", place.tree},
+                    {"test", name_of(place.test)},
+                    {"kind", kind.name},
+                    {"call", rival.name},
+                    {"rays", kind.rays.size()},
+                    {"mrays_per_s", double(kind.rays.size()) / rival.median_ms() * 1e-3}});
+  }
+  return rivals;
+}
+
+void time_kinds(const Place& place, const Workload& work, std::span<const Call> calls,
+                uint32_t repeats, json& rows, Ratios& ratios) {
+  const bool robust = place.test == TriangleTest::robust;
+  const bool counts = std::string_view(place.tree) == "static";
+  for (const Kind& kind : {Kind{"primary", work.primary, true}, Kind{"shadow", work.shadow, false},
+                           Kind{"ambient", work.ambient, false}}) {
+    if (kind.rays.empty()) continue;
+    const std::vector<Rival> rivals = time_kind(place, kind, calls, repeats, rows);
+    const Rival* const ours = find(rivals, kOurSingle);
+    if (!counts || ours == nullptr) continue;
+    const double single = find(rivals, kEmbreeSingle)->median_ms() / ours->median_ms();
+    (robust ? ratios.single_robust : ratios.single_fast).push_back(single);
+    if (!kind.closest) continue;
+    const double best =
+        best_of(rivals, "embree")->median_ms() / best_of(rivals, "sinew")->median_ms();
+    (robust ? ratios.packets_robust : ratios.packets_fast).push_back(best);
+  }
+}
+
+// All calls on one kind of tree, ours and Embree's.
+void time_tree(Place place, const Bvh& ours, const EmbreePair& embree, const Workload& work,
+               uint32_t repeats, json& rows, Ratios& ratios) {
+  for (const TriangleTest test : {TriangleTest::robust, TriangleTest::fast}) {
+    place.test = test;
+    std::vector<Call> calls = our_calls(ours, test);
+    for (Call& call : embree_calls(embree.with(test))) calls.push_back(std::move(call));
+    time_kinds(place, work, calls, repeats, rows, ratios);
+  }
+}
 
 double differing(std::span<const Hit> a, std::span<const Hit> b) {
   size_t count = 0;
@@ -74,61 +127,68 @@ double differing(std::span<const Hit> a, std::span<const Hit> b) {
   return a.empty() ? 0.0 : double(count) / double(a.size());
 }
 
-// Refits: both bring the tree of the first frame to this one. Alternating, so that noise hits both.
-void time_updates(const FlatScene& scene, Bvh& ours, EmbreeScene& embree, uint32_t repeats,
-                  std::vector<double>& our_ms, std::vector<double>& embree_ms) {
-  for (uint32_t r = 0; r < repeats; ++r) {
-    our_ms.push_back(milliseconds([&] { (void)ours.update(scene.positions); }));
-    std::copy(scene.positions.begin(), scene.positions.end(), embree.vertices().begin());
-    embree_ms.push_back(milliseconds([&] { embree.commit(); }));
+Workload workload_of(const FlatScene& scene, const CameraView& camera, const Bvh& bvh,
+                     const TraceOptions& options) {
+  std::vector<Ray> primary = primary_rays(camera, options.width, options.height);
+  std::vector<Hit> hits(primary.size());
+  trace_closest(our_calls(bvh, TriangleTest::robust)[0], primary, hits);
+  Workload work = make_workload(scene, std::move(primary), hits);
+  for (std::vector<Ray>* const rays : {&work.primary, &work.shadow, &work.ambient}) {
+    thin_out(*rays, options.most_rays);
   }
+  return work;
 }
 
-Result<FrameResult> measure_frame(const FlatScene& scene, const CameraView& camera,
-                                  const TraceOptions& options, Bvh& refitted,
-                                  EmbreeScene& embree_refitted) {
-  FrameResult out;
-  std::vector<double> our_update, embree_update;
-  time_updates(scene, refitted, embree_refitted, options.repeats, our_update, embree_update);
+// The hierarchies that follow the clip from its beginning.
+struct Followers {
+  Bvh ours;
+  EmbreePair embree;
+};
 
-  std::optional<Result<Bvh>> built;
-  const double our_build = milliseconds([&] { built = build(scene.positions, scene.triangles); });
-  if (!*built) return fail(built->error());
-  const Bvh& ours = **built;
-  std::optional<EmbreeScene> embree;
-  const double embree_build =
-      milliseconds([&] { embree.emplace(scene.positions, scene.triangles, EmbreeMode::medium); });
+// Brings the followers to the frame, and says how long that and a new build take.
+Result<Bvh> time_trees(const Place& place, const FlatScene& scene, Followers& followers,
+                       std::optional<EmbreePair>& built, const TraceOptions& options, json& rows,
+                       Ratios& ratios) {
+  std::vector<Rival> rivals = {
+      {"sinew", [&](uint32_t) { (void)followers.ours.update_borrowed(scene.positions); }},
+      {"embree", [&](uint32_t) { followers.embree.robust.commit(); }}};
+  compete(rivals, {1, options.repeats}, 0,
+          [&](uint32_t) { followers.embree.move(scene.positions); });
+  followers.embree.fast.commit();
+  std::optional<Result<Bvh>> ours;
+  const double our_build = milliseconds([&] { ours = build(scene.positions, scene.triangles); });
+  EmbreeScene timed({EmbreeMode::medium, true});
+  timed.add_mesh(scene.positions, scene.triangles, EmbreeMotion::deforms);
+  const double embree_build = milliseconds([&] { timed.commit(); });
+  built.emplace(scene, EmbreeMode::medium);
+  const double ratio = rivals[0].median_ms() / rivals[1].median_ms();
+  ratios.refit.push_back(ratio);
+  rows.push_back(
+      {{"table", "trees"},
+       {"scene", place.scene},
+       {"time_s", place.time},
+       {"triangles", scene.triangles.size()},
+       {"build_ms", {{"sinew", our_build}, {"embree", embree_build}}},
+       {"update_ms", {{"sinew", rivals[0].median_ms()}, {"embree", rivals[1].median_ms()}}},
+       {"refit_ratio", ratio}});
+  return std::move(*ours);
+}
 
-  std::vector<Ray> primary = primary_rays(camera, options.width, options.height);
-  std::vector<Hit> hits(primary.size()), embree_hits(primary.size());
-  trace_closest(ours, primary, hits);
-  const Workload work = make_workload(scene, std::move(primary), hits);
-  std::vector<uint8_t> any(std::max(work.shadow.size(), work.ambient.size()));
-  Times our_times, embree_times;
-  for (uint32_t r = 0; r < options.repeats; ++r) {
-    time_once(ours, work, hits, any, our_times);
-    time_once(*embree, work, embree_hits, any, embree_times);
-  }
-
-  const std::array<size_t, 3> counts = {work.primary.size(), work.shadow.size(),
-                                        work.ambient.size()};
-  nlohmann::json& row = out.row;
-  for (size_t k = 0; k < kKinds.size(); ++k) {
-    if (counts[k] == 0) continue;
-    const double our_rate = mega_per_second(counts[k], our_times.kind[k]);
-    const double embree_rate = mega_per_second(counts[k], embree_times.kind[k]);
-    row["mrays_per_s"][kKinds[k]] = {
-        {"sinew", our_rate}, {"embree", embree_rate}, {"ratio", our_rate / embree_rate}};
-    row["rays"][kKinds[k]] = counts[k];
-  }
-  out.trace_ratio = median(embree_times.total) / median(our_times.total);
-  out.refit_ratio = median(our_update) / median(embree_update);
-  row["trace_ratio"] = out.trace_ratio;
-  row["refit_ratio"] = out.refit_ratio;
-  row["build_ms"] = {{"sinew", our_build}, {"embree", embree_build}};
-  row["update_ms"] = {{"sinew", median(our_update)}, {"embree", median(embree_update)}};
-  row["primary_hits_differ"] = differing(hits, embree_hits);
-  return out;
+Result<void> measure_frame(const Place& place, const FlatScene& scene, const CameraView& camera,
+                           const TraceOptions& options, Followers& followers, json& rows,
+                           Ratios& ratios) {
+  std::optional<EmbreePair> embree;
+  SINEW_TRY(const Bvh ours, time_trees(place, scene, followers, embree, options, rows, ratios));
+  const Workload work = workload_of(scene, camera, ours, options);
+  std::vector<Hit> hits(work.primary.size()), embree_hits(hits.size());
+  trace_closest(our_calls(ours, TriangleTest::robust)[0], work.primary, hits);
+  trace_closest(embree_calls(embree->robust)[0], work.primary, embree_hits);
+  rows.back()["primary_hits_differ"] = differing(hits, embree_hits);
+  time_tree(place, ours, *embree, work, options.repeats, rows, ratios);
+  Place refit = place;
+  refit.tree = "refit";
+  time_tree(refit, followers.ours, followers.embree, work, options.repeats, rows, ratios);
+  return {};
 }
 
 CameraView choose_camera(const Scene& scene, const ScenePose& pose, int clip,
@@ -138,51 +198,60 @@ CameraView choose_camera(const Scene& scene, const ScenePose& pose, int clip,
   return frame_box(animation_bounds(scene, clip, 8), vec3(0.5f, 0.35f, 1.0f), 0.8f, aspect);
 }
 
-}  // namespace
-
-Result<nlohmann::json> bench_trace(const TraceOptions& options) {
-  const ThreadLimit limit(options.threads);
-  SINEW_TRY(const Scene scene, load(options.scene));
+Result<void> measure_scene(const std::string& name, const TraceOptions& options, json& rows,
+                           Ratios& ratios) {
+  SINEW_TRY(const Scene scene, load(name));
   SINEW_TRY(const int clip, find_clip(scene, options.clip));
   const double start = clip == kRestPose ? 0.0 : scene.clips[clip].start;
   const double end = clip == kRestPose ? 0.0 : scene.clips[clip].end;
-
   ScenePose pose;
   FlatScene flat;
   sample(scene, clip, start, pose);
   flatten(scene, pose, flat);
-  SINEW_TRY(Bvh refitted, build(flat.positions, flat.triangles));
-  EmbreeScene embree_refitted(flat.positions, flat.triangles, EmbreeMode::refit);
-
-  nlohmann::json rows = nlohmann::json::array();
-  std::vector<double> trace_ratios, refit_ratios;
+  SINEW_TRY(Bvh ours, build(flat.positions, flat.triangles));
+  ours.set_update_mode(UpdateMode::full);
+  Followers followers{std::move(ours), EmbreePair(flat, EmbreeMode::refit)};
   for (uint32_t f = 0; f < options.frames; ++f) {
     const double time = start + (end - start) * (f + 0.5) / options.frames;
     sample(scene, clip, time, pose);
     flatten(scene, pose, flat);
-    const CameraView camera = choose_camera(scene, pose, clip, options);
-    SINEW_TRY(FrameResult frame, measure_frame(flat, camera, options, refitted, embree_refitted));
-    frame.row["scene"] = options.scene;
-    frame.row["time_s"] = time;
-    trace_ratios.push_back(frame.trace_ratio);
-    refit_ratios.push_back(frame.refit_ratio);
-    rows.push_back(std::move(frame.row));
+    SINEW_CHECKED(measure_frame({.scene = name, .time = time}, flat,
+                                choose_camera(scene, pose, clip, options), options, followers, rows,
+                                ratios));
   }
-  const std::string size = std::to_string(flat.triangles.size()) + " triangles";
-  return nlohmann::json{
-      {"bench", "trace"},
-      {"version", SINEW_VERSION},
-      {"machine", {{"threads", thread_count()}, {"kernels", kernel_target()}}},
-      {"opponents", {"Embree " RTC_VERSION_STRING}},
-      {"scene", options.scene},
-      {"triangles", flat.triangles.size()},
-      {"figures",
-       {figure(
-            "trace_ratio", geometric_mean(trace_ratios), "1", "more",
-            "rays a second of the binned-SAH tree, watertight, over Embree medium ROBUST; " + size),
-        figure("refit_ratio", geometric_mean(refit_ratios), "1", "less",
-               "time of a full update over Embree's refit; " + size)}},
-      {"rows", std::move(rows)}};
+  return {};
+}
+
+void add_ratio(json& figures, const char* name, const std::vector<double>& ratios,
+               const std::string& note) {
+  if (ratios.empty()) return;
+  figures.push_back(figure(name, geometric_mean(ratios),
+                           note + "; geometric mean of " + std::to_string(ratios.size())));
+}
+
+}  // namespace
+
+Result<json> bench_trace(const TraceOptions& options) {
+  const ThreadLimit limit(options.threads);
+  json rows = json::array(), figures = json::array();
+  Ratios ratios;
+  for (const std::string& scene : options.scenes) {
+    SINEW_CHECKED(measure_scene(scene, options, rows, ratios));
+  }
+  add_ratio(figures, "single_ray_robust", ratios.single_robust,
+            "rays a second over Embree's with ROBUST, one ray a call, same static scene");
+  add_ratio(figures, "single_ray_fast", ratios.single_fast,
+            "the same without watertightness, over Embree's without ROBUST");
+  add_ratio(figures, "packet_speed", ratios.packets_robust,
+            "primary rays, watertight, best call of each");
+  add_ratio(figures, "packet_speed_fast", ratios.packets_fast,
+            "the same without watertightness for both");
+  add_ratio(figures, "refit_ratio", ratios.refit, "time of a full update over Embree's refit");
+  json report = report_head("trace");
+  report["scenes"] = options.scenes;
+  report["figures"] = std::move(figures);
+  report["rows"] = std::move(rows);
+  return report;
 }
 
 }  // namespace sinew::bench

@@ -1,5 +1,6 @@
 #include "bench/workload.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "sinew/base/check.h"
@@ -12,6 +13,15 @@ namespace sinew::bench {
 namespace {
 
 constexpr uint32_t kShadowRays = 2, kAmbientRays = 8;
+constexpr uint32_t kTile = 32;  // pixels
+constexpr size_t kRun = 1024;   // rays
+
+// Bits 0, 2, 4, 6, 8 of a Morton code, put together.
+uint32_t even_bits(uint32_t code) {
+  uint32_t out = 0;
+  for (uint32_t bit = 0; bit < 5; ++bit) out |= (code >> (2 * bit) & 1u) << bit;
+  return out;
+}
 
 }  // namespace
 
@@ -35,14 +45,28 @@ void flatten(const Scene& scene, const ScenePose& pose, FlatScene& out) {
 }
 
 std::vector<Ray> primary_rays(const CameraView& camera, uint32_t width, uint32_t height) {
+  const CameraRays ray(camera, width, height);
   std::vector<Ray> rays;
   rays.reserve(size_t{width} * height);
-  for (uint32_t y = 0; y < height; ++y) {
-    for (uint32_t x = 0; x < width; ++x) {
-      rays.push_back(camera_ray(camera, float(x) + 0.5f, float(y) + 0.5f, width, height));
+  for (uint32_t tile_y = 0; tile_y < height; tile_y += kTile) {
+    for (uint32_t tile_x = 0; tile_x < width; tile_x += kTile) {
+      for (uint32_t i = 0; i < kTile * kTile; ++i) {
+        const uint32_t x = tile_x + even_bits(i), y = tile_y + even_bits(i >> 1);
+        if (x < width && y < height) rays.push_back(ray(float(x) + 0.5f, float(y) + 0.5f));
+      }
     }
   }
   return rays;
+}
+
+void thin_out(std::vector<Ray>& rays, size_t most) {
+  const size_t runs = rays.size() / kRun, kept = std::max<size_t>(most / kRun, 1);
+  if (rays.size() <= most || runs <= kept) return;
+  for (size_t i = 0; i < kept; ++i) {
+    const auto from = rays.begin() + static_cast<std::ptrdiff_t>(i * runs / kept * kRun);
+    std::copy_n(from, kRun, rays.begin() + static_cast<std::ptrdiff_t>(i * kRun));
+  }
+  rays.resize(kept * kRun);
 }
 
 Workload make_workload(const FlatScene& scene, std::vector<Ray> primary,

@@ -25,8 +25,15 @@ struct Workload {
   std::vector<Ray> primary, shadow, ambient;
 };
 
-// `hits` belong to `primary` rays; secondary rays start at them.
+// One ray a pixel, in tiles of 32x32 pixels and in Morton order within them, so that 16 rays in a
+// row are a block of 4x4 pixels: what packets and streams want.
 std::vector<Ray> primary_rays(const CameraView& camera, uint32_t width, uint32_t height);
+
+// `hits` belong to `primary` rays; secondary rays start at them.
 Workload make_workload(const FlatScene& scene, std::vector<Ray> primary, std::span<const Hit> hits);
+
+// Keeps about `most` of the rays: runs of 1024, evenly spread, so that they stay as coherent as
+// they were.
+void thin_out(std::vector<Ray>& rays, size_t most);
 
 }  // namespace sinew::bench

@@ -7,11 +7,13 @@ include(CMakePackageConfigHelpers)
 # the standard library.
 target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FILES
   sinew/sinew.h
-  sinew/base/buffer.h sinew/base/error.h sinew/base/parallel.h
+  sinew/base/buffer.h sinew/base/error.h sinew/base/parallel.h sinew/base/work_time.h
   sinew/math/affine.h sinew/math/box.h sinew/math/ray.h sinew/math/vec.h
-  sinew/motion/motion.h sinew/motion/pose.h
-  sinew/bvh/bounds.h sinew/bvh/build.h sinew/bvh/bvh.h sinew/bvh/cost.h sinew/bvh/traverse.h
-  sinew/bvh/tree.h sinew/bvh/wide.h
+  sinew/motion/influences.h sinew/motion/motion.h sinew/motion/pose.h
+  sinew/bvh/bounds.h sinew/bvh/build.h sinew/bvh/bvh.h sinew/bvh/choose.h sinew/bvh/cost.h
+  sinew/bvh/proximity.h
+  sinew/bvh/traverse.h sinew/bvh/tree.h sinew/bvh/update.h sinew/bvh/update_local.h
+  sinew/bvh/wide.h
   sinew/scene/clip.h sinew/scene/image.h sinew/scene/material.h sinew/scene/mesh.h
   sinew/scene/sample.h sinew/scene/scene.h sinew/scene/study.h
   sinew/io/image_file.h sinew/io/load.h sinew/io/movie.h sinew/io/save.h

@@ -57,4 +57,22 @@ double sah_cost(const Tree& tree, const Bounds& bounds, const CostModel& model) 
   return sum / root;
 }
 
+double upper_cost(const Bvh8Layout& layout, const Bvh8& bvh, const CostModel& model) {
+  const double root = half_area(bvh.box);
+  if (layout.upper_nodes == 0 || !(root > 0.0)) return 0.0;
+  double sum = double(model.traversal) * root;
+  for (uint32_t n = 0; n < layout.upper_nodes; ++n) {
+    for (uint32_t lane = 0; lane < kWidth; ++lane) {
+      const uint32_t word = layout.children[n][lane];
+      if (word == kNoChild) break;  // absent children stand last
+      const double weight = is_inner_word(word)
+                                ? double(model.traversal)
+                                : double(model.intersection) * kPacket *
+                                      layout.treelets[treelet_of(word)].packet_count;
+      sum += weight * half_area(lane_box(bvh.nodes[n], lane));
+    }
+  }
+  return sum / root;
+}
+
 }  // namespace sinew

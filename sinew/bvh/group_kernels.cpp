@@ -44,12 +44,13 @@ class GroupTraversal {
     group.prepare();
     if (scene_.top == nullptr) {
       if (scene_.instance_count > 0) {
-        visit_instance(scene_.instances[0], group, group.alive, stack_);
+        visit_instance(scene_.instances[0], kNoChild, group, group.alive, stack_);
       }
     } else {
       descend(scene_.top, nullptr, 0, group, group.alive, stack_,
               [&](uint32_t word, uint64_t mask, GroupEntry* free) {
-                visit_instance(scene_.instances[word & ~kLeafBit], group, mask, free);
+                const TopLeaf leaf = top_leaf(scene_, word);
+                visit_instance(scene_.instances[leaf.instance], leaf.word, group, mask, free);
               });
     }
   }
@@ -116,10 +117,12 @@ class GroupTraversal {
     }
   }
 
-  void visit_instance(const Instance& instance, RayGroup& group, uint64_t mask, GroupEntry* base) {
+  // `part` is the child word of a part of it, or kNoChild for all.
+  void visit_instance(const Instance& instance, uint32_t part, RayGroup& group, uint64_t mask,
+                      GroupEntry* base) {
     if ((instance.mask & options_.mask) == 0) return;
-    uint32_t root = instance.root;
-    if (instance.body != nullptr) {
+    uint32_t root = part != kNoChild ? part : instance.root;
+    if (part == kNoChild && instance.body != nullptr) {
       VisitedBody& body = *instance.body;
       if (!is_ready(body) && !visit_upper(body)) return visit_alone(instance, group, mask);
       root = body.upper.load(std::memory_order_acquire);
@@ -215,7 +218,7 @@ class GroupTraversal {
           const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], instance.primitives[p][lane],
                         instance.object};
           if (hit.primitive == kNoPrimitive || !is_closer(hit, group.hit(k))) continue;
-          if (instance.filtered && options_.filter.accept != nullptr &&
+          if (is_asked(instance, options_) &&
               !options_.filter.accept(options_.filter.context, options_.first_ray + group.ray[k],
                                       hit)) {
             continue;
@@ -237,7 +240,7 @@ class GroupTraversal {
   template <class V>
   HWY_INLINE void take_hits(const Instance& instance, uint32_t primitive, RayGroup& group, size_t i,
                             uint32_t bits, V t, V v, V w) {
-    if (HWY_UNLIKELY(instance.filtered && options_.filter.accept != nullptr)) {
+    if (HWY_UNLIKELY(is_asked(instance, options_))) {
       return filter_hits(instance, primitive, group, i, bits, t, v, w);
     }
     if constexpr (kAny) {

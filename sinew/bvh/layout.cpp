@@ -134,9 +134,21 @@ class LayoutMaker {
     treelet.packet_count =
         static_cast<uint32_t>(layout_.packet_corners.size()) - treelet.first_packet;
     treelet.vertex_count = static_cast<uint32_t>(layout_.vertices.size()) - treelet.first_vertex;
-    for (uint32_t i = treelet.first_vertex; i < layout_.vertices.size(); ++i) {
-      number_[layout_.vertices[i]] = kUnnumbered;
+    sort_vertices(treelet);
+  }
+
+  // Puts the treelet's vertices in the order of the body's, for the sake of memory accesses.
+  void sort_vertices(const Treelet& treelet) {
+    const auto first = layout_.vertices.begin() + treelet.first_vertex;
+    const std::vector<uint32_t> before(first, layout_.vertices.end());
+    std::sort(first, layout_.vertices.end());
+    for (uint32_t i = 0; i < treelet.vertex_count; ++i) number_[first[i]] = static_cast<uint8_t>(i);
+    for (uint32_t p = 0; p < treelet.packet_count; ++p) {
+      for (auto& lane : layout_.packet_corners[treelet.first_packet + p].v) {
+        for (uint8_t& corner : lane) corner = number_[before[corner]];
+      }
     }
+    for (const uint32_t vertex : before) number_[vertex] = kUnnumbered;
   }
 
   // The vertex's place among those of the treelet being made.
@@ -180,6 +192,32 @@ class LayoutMaker {
 };
 
 }  // namespace
+
+Node8 empty_node() {
+  Node8 node = {};
+  for (uint32_t lane = 0; lane < kWidth; ++lane) {
+    set_lane_box(node, lane, Box());
+    node.child[lane] = kNoChild;
+  }
+  return node;
+}
+
+Box node_box(const Node8& node) {
+  Box box;
+  for (uint32_t lane = 0; lane < kWidth; ++lane) box.extend(lane_box(node, lane));
+  return box;
+}
+
+size_t bytes_of(const Bvh8Layout& layout) {
+  const auto bytes = [](const auto& values) { return values.size() * sizeof(values[0]); };
+  return bytes(layout.children) + bytes(layout.packet_corners) + bytes(layout.packet_primitives) +
+         bytes(layout.treelets) + bytes(layout.vertices);
+}
+
+size_t bytes_of(const Bvh8& bvh) {
+  return bvh.nodes.size() * sizeof(Node8) + bvh.packets.size() * sizeof(TrianglePacket) +
+         bvh.links.size() * sizeof(uint32_t);
+}
 
 Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
                                std::span<const uvec3> triangles, uint32_t vertex_count,

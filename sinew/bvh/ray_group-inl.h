@@ -186,7 +186,7 @@ HWY_INLINE uint32_t test_boxes(const Node8& node, const RayGroup& group,
   uint32_t bits = 0;
   for (size_t i = 0; i < kWidth; i += hn::Lanes(d)) {
     auto near = hn::Set(d, group.least_t_min);
-    auto far = hn::Set(d, group.most_t * kRobust);
+    auto far = hn::Set(d, group.most_t * kReach);
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const RayGroup::Interval& n = group.near_bound[axis];
       const RayGroup::Interval& f = group.far_bound[axis];
@@ -208,14 +208,14 @@ HWY_INLINE uint64_t test_box(const Node8& node, uint32_t child, const RayGroup& 
                              uint64_t mask, float& entry) {
   const DG d;
   const float(*planes)[kWidth] = node.low;
-  const auto robust = hn::Set(d, kRobust);
+  const auto reach = hn::Set(d, kReach);
   auto least = hn::Set(d, __builtin_inff());
   uint64_t met = 0;
   for (size_t i = 0; i < group.count; i += hn::Lanes(d)) {
     const auto part = static_cast<uint32_t>(mask >> i) & ((1u << hn::Lanes(d)) - 1u);
     if (part == 0) continue;
     auto near = hn::Load(d, group.t_min + i);
-    auto far = hn::Mul(hn::Load(d, group.t + i), robust);
+    auto far = hn::Mul(hn::Load(d, group.t + i), reach);
     for (uint32_t axis = 0; axis < 3; ++axis) {
       const auto o = hn::Load(d, group.origin[axis] + i);
       const auto near_plane = hn::Set(d, planes[group.near[axis]][child]);
@@ -245,7 +245,7 @@ HWY_INLINE uint32_t test_boxes_singly(const Node8& node, const RayGroup& group, 
     for (uint64_t rest = mask; rest != 0; rest &= rest - 1) {
       const auto k = static_cast<uint32_t>(__builtin_ctzll(rest));
       auto near = hn::Set(d, group.t_min[k]);
-      auto far = hn::Set(d, group.t[k] * kRobust);
+      auto far = hn::Set(d, group.t[k] * kReach);
       for (uint32_t axis = 0; axis < 3; ++axis) {
         const auto o = hn::Set(d, group.origin[axis][k]);
         near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(d, planes[group.near[axis]] + i), o),
@@ -286,10 +286,10 @@ struct GroupRay {
 // The rays of `mask` that a box entered at `entry` is not too far for.
 HWY_INLINE uint64_t still_reach(const RayGroup& group, uint64_t mask, float entry) {
   const DG d;
-  const auto robust = hn::Set(d, kRobust), from = hn::Set(d, entry);
+  const auto margin = hn::Set(d, kReach), from = hn::Set(d, entry);
   uint64_t reach = 0;
   for (size_t i = 0; i < group.count; i += hn::Lanes(d)) {
-    const auto near_enough = hn::Ge(hn::Mul(hn::Load(d, group.t + i), robust), from);
+    const auto near_enough = hn::Ge(hn::Mul(hn::Load(d, group.t + i), margin), from);
     reach |= uint64_t{mask_bits(d, near_enough)} << i;
   }
   return mask & reach;

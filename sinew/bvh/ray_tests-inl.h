@@ -35,6 +35,11 @@ using V4 = hn::Vec<D4>;
 // reciprocal on the near and the far side (Ize 2013), and one for the factor itself.
 constexpr float kRobust = 1.0f + 2.0f * 4.0f * 5.97e-8f;
 
+// Boxes count up to this factor beyond the hit so far. A triangle's distance and that of its box
+// are rounded differently; without the margin, which of several hits at the same distance is found
+// would depend on the order of traversal.
+constexpr float kReach = 1.0f + 0x1p-16f;
+
 // Components of a direction that are smaller count as this.
 constexpr float kTiny = 1e-37f;
 
@@ -138,7 +143,7 @@ HWY_INLINE uint32_t test_boxes(const Node8& node, const RaySetup& ray, float t_m
     const auto ly = hn::Mul(hn::Sub(hn::Load(d, far_y + i), oy), fy);
     const auto lz = hn::Mul(hn::Sub(hn::Load(d, far_z + i), oz), fz);
     const auto near = hn::Max(hn::Max(nx, ny), hn::Max(nz, hn::Set(d, t_min)));
-    const auto far = hn::Min(hn::Min(lx, ly), hn::Min(lz, hn::Set(d, t_max * kRobust)));
+    const auto far = hn::Min(hn::Min(lx, ly), hn::Min(lz, hn::Set(d, t_max * kReach)));
     hn::Store(near, d, entry + i);
     bits |= mask_bits(d, hn::Le(near, far)) << i;
   }

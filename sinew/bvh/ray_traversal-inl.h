@@ -7,6 +7,7 @@
 #endif
 
 #include <cstring>
+#include <thread>
 #include <type_traits>
 
 #include "sinew/bvh/ray_tests-inl.h"
@@ -106,11 +107,13 @@ constexpr size_t kStackSize = 2 * kMaxDepth * (kWidth - 1) + kWidth;
 // What a ray meets on its way is counted by policy, so that queries which count nothing hold no
 // trace of it.
 struct CountNothing {
+  static constexpr bool kWaits = false;
   void node() {}
   void packet() {}
   void treelet() {}
 };
 struct CountSteps {
+  static constexpr bool kWaits = true;  // for what other threads make, so that counts are exact
   TraversalCounts& counts;
   void node() { ++counts.nodes; }
   void packet() { ++counts.packets; }
@@ -130,6 +133,17 @@ HWY_INLINE float side_of(const Instance& instance, const QueryOptions& options) 
   return options.facing == Facing::front ? 1.0f : -1.0f;
 }
 
+// Whether the query's filter is to be asked about hits of the instance.
+HWY_INLINE bool is_asked(const Instance& instance, const QueryOptions& options) {
+  return (instance.filtered || options.filter.of_all) && options.filter.accept != nullptr;
+}
+
+// What a leaf word of the top tree means.
+HWY_INLINE TopLeaf top_leaf(const SceneView& scene, uint32_t word) {
+  const uint32_t index = word & ~kLeafBit;
+  return scene.leaves != nullptr ? scene.leaves[index] : TopLeaf{index};
+}
+
 // One ray of a query. kAny stops at the first accepted hit.
 template <bool kAny, class Setup, class Counter = CountNothing>
 class Traversal {
@@ -144,10 +158,13 @@ class Traversal {
     if (!is_traceable(ray_)) return Hit();
     const Setup setup(&ray_.origin.x, &ray_.direction.x);
     if (scene_.top == nullptr) {
-      if (scene_.instance_count > 0) visit_instance(scene_.instances[0], setup, stack_);
+      if (scene_.instance_count > 0) {
+        visit_instance(scene_.instances[0], kNoChild, setup, stack_);
+      }
     } else {
       descend(scene_.top, nullptr, 0, setup, stack_, [&](uint32_t word, StackEntry* base) {
-        return visit_instance(scene_.instances[word & ~kLeafBit], setup, base);
+        const TopLeaf leaf = top_leaf(scene_, word);
+        return visit_instance(scene_.instances[leaf.instance], leaf.word, setup, base);
       });
     }
     if (!best_) best_.t = std::numeric_limits<float>::infinity();
@@ -157,7 +174,7 @@ class Traversal {
   // Visits one instance, with what was found before.
   Hit resume(const Instance& instance, const Hit& best) {
     best_ = best;
-    visit_instance(instance, Setup(&ray_.origin.x, &ray_.direction.x), stack_);
+    visit_instance(instance, kNoChild, Setup(&ray_.origin.x, &ray_.direction.x), stack_);
     return best_;
   }
 
@@ -207,16 +224,21 @@ class Traversal {
   }
 
   bool is_too_far(AnyEntry) const { return false; }
-  bool is_too_far(ClosestEntry e) const { return entry_distance(e) > best_.t * kRobust; }
+  bool is_too_far(ClosestEntry e) const { return entry_distance(e) > best_.t * kReach; }
 
-  bool visit_instance(const Instance& instance, const Setup& world, StackEntry* base) {
+  // `part` is the child word of a part of it, or kNoChild for all.
+  bool visit_instance(const Instance& instance, uint32_t part, const Setup& world,
+                      StackEntry* base) {
     if ((instance.mask & options_.mask) == 0) return false;
     choose_side(instance);
     return with_setup(instance, world, [&](const Setup& setup) {
-      uint32_t root = instance.root;
-      if (instance.body != nullptr) {
+      uint32_t root = part != kNoChild ? part : instance.root;
+      if (part == kNoChild && instance.body != nullptr) {
         VisitedBody& body = *instance.body;
-        if (!is_ready(body) && !visit_upper(body)) return look_through_body(instance, setup);
+        if (!is_ready(body) && !visit_upper(body)) {
+          if (!Counter::kWaits) return look_through_body(instance, setup);
+          while (!is_ready(body)) std::this_thread::yield();
+        }
         root = body.upper.load(std::memory_order_acquire);
       }
       return root != kNoChild && descend_body(instance, root, setup, base);
@@ -257,6 +279,10 @@ class Traversal {
     uint32_t word = std::atomic_ref(body.bvh->links[treelet]).load(std::memory_order_acquire);
     if (word >= kBeingMade) {
       word = sinew::visit_treelet(body, treelet);
+      while (Counter::kWaits && word == kNoChild) {
+        std::this_thread::yield();
+        word = sinew::visit_treelet(body, treelet);
+      }
       if (word == kNoChild) return look_through_treelet(instance, treelet, setup);
       counter_.treelet();
     }
@@ -299,7 +325,7 @@ class Traversal {
       const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], instance.primitives[index][lane],
                     instance.object};
       if (hit.primitive == kNoPrimitive || !is_closer(hit, best_)) continue;
-      if (instance.filtered && options_.filter.accept != nullptr &&
+      if (is_asked(instance, options_) &&
           !options_.filter.accept(options_.filter.context, index_, hit)) {
         continue;
       }

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "sinew/bvh/wide.h"
 #include "sinew/math/affine.h"
@@ -28,14 +29,22 @@ struct Instance {
   bool in_place = true;                  // the object's space is the world's
   bool filtered = false;                 // ask the query's filter about its hits
   bool single_sided = false;             // the query's `facing` counts for it
+  Affine placement = identity_affine();  // object -> world; rays do not need it
 };
 
-// The top tree's leaves are child words kLeafBit | index of an instance. Without nodes there must
-// be at most one instance.
+// A leaf of a top tree that reaches into instances.
+struct TopLeaf {
+  uint32_t instance = 0;
+  uint32_t word = kNoChild;  // child word of a part of it; kNoChild: all of it
+};
+
+// The top tree's leaves are child words kLeafBit | index of a TopLeaf, or of an instance if there
+// are no TopLeafs. Without nodes there must be at most one instance, and no TopLeafs.
 struct SceneView {
   const Node8* top = nullptr;
   const Instance* instances = nullptr;
   uint32_t instance_count = 0;
+  const TopLeaf* leaves = nullptr;
 };
 
 // Asked about each candidate hit of instances that are `filtered`; false rejects it (a hole in an
@@ -43,6 +52,7 @@ struct SceneView {
 struct HitFilter {
   bool (*accept)(const void* context, uint32_t ray, const Hit& hit) = nullptr;
   const void* context = nullptr;
+  bool of_all = false;  // asked about the hits of all instances
 };
 
 // Which side of a single-sided object's triangles counts. Their front is where they are seen
@@ -76,6 +86,10 @@ struct QueryOptions {
 // nothing. Spans are fastest if neighbours in them are neighbours in space: tiles of 8x8 pixels.
 void closest_hits(const SceneView& scene, std::span<const Ray> rays, std::span<Hit> hits,
                   const QueryOptions& options = {});
+
+// Every hit along the ray, sorted by (t, object, primitive).
+void all_hits(const SceneView& scene, const Ray& ray, std::vector<Hit>& out,
+              const QueryOptions& options = {});
 
 // What one ray cost.
 struct TraversalCounts {

@@ -5,8 +5,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
+#include <string_view>
 
+#include "sinew/base/work_time.h"
 #include "sinew/bvh/wide.h"
 
 namespace sinew {
@@ -18,17 +21,21 @@ namespace sinew {
 //              whose vertices are given by the caller are updated as by `hybrid`
 //   automatic  one of these for each body, by what rays reached in the last frames
 enum class UpdateMode : uint8_t { automatic, full, hybrid, lazy };
-const char* name_of(UpdateMode mode);
+const char* name_of(UpdateMode mode);  // auto, full, hybrid, lazy
+std::optional<UpdateMode> update_mode_named(std::string_view name);
 
 // Mode `full`. Allocates only the first time (or when the layout changed). Returns whether all
-// vertices of triangles are finite; if not, triangles with a vertex that is not are never hit.
-bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out);
+// vertices of triangles are finite; if not, triangles with a vertex that is not are never hit. The
+// time of all threads is added to `work`.
+bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out,
+                 WorkTime* work = nullptr);
 
 // Mode `hybrid`: the boxes of all treelets, then the upper tree. Returns as update_full does.
-bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out);
+bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out,
+                   WorkTime* work = nullptr);
 
 // The same from boxes that the caller knows: box_of(first, boxes) fills in those of the treelets
-// [first, first + boxes.size()). Called from several threads if `parallel`.
+// [first, first + boxes.size()).
 class TreeletBoxes {
  public:
   template <class F>
@@ -42,9 +49,10 @@ class TreeletBoxes {
   const void* context_;
   void (*call_)(const void*, uint32_t, std::span<Box>);
 };
-void update_upper(const Bvh8Layout& layout, TreeletBoxes boxes, bool parallel, Bvh8& out);
+enum class Threads : uint8_t { one, all };
+void update_upper(const Bvh8Layout& layout, TreeletBoxes boxes, Threads threads, Bvh8& out);
 
-// Gives `out` the size that the layout needs, and lets no treelet count as made.
+// Gives `out` the size that the layout needs, for treelets that hang by links.
 void reserve(const Bvh8Layout& layout, Bvh8& out);
 
 }  // namespace sinew

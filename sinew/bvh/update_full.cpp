@@ -1,5 +1,6 @@
 // Updates of all treelets at once (`full`), and of their boxes only (`hybrid` and what `lazy`
 // begins with), each followed by the upper tree.
+#include <algorithm>
 #include <atomic>
 
 #include "sinew/base/check.h"
@@ -12,6 +13,7 @@ namespace sinew {
 namespace {
 
 constexpr uint32_t kTreeletsPerTask = 64;
+constexpr const char* kModeNames[] = {"auto", "full", "hybrid", "lazy"};
 
 bool fits(const Bvh8Layout& layout, const Bvh8& bvh) {
   return bvh.nodes.size() == layout.children.size() &&
@@ -46,12 +48,6 @@ void prepare(const Bvh8Layout& layout, bool by_links, Bvh8& out) {
   if (layout.upper_nodes == 0 && !layout.treelets.empty()) out.root = word_of(treelet_word(0));
 }
 
-Box node_box(const Node8& node) {
-  Box box;
-  for (uint32_t lane = 0; lane < kWidth; ++lane) box.extend(lane_box(node, lane));
-  return box;
-}
-
 // The boxes of upper nodes below upper nodes; those of treelets are there already.
 void refit_upper(const Bvh8Layout& layout, Bvh8& out) {
   for (uint32_t n = layout.upper_nodes; n-- > 0;) {
@@ -64,6 +60,16 @@ void refit_upper(const Bvh8Layout& layout, Bvh8& out) {
   if (layout.upper_nodes > 0) out.box = node_box(out.nodes[0]);
 }
 
+class Timed {
+ public:
+  explicit Timed(WorkTime* work) {
+    if (work != nullptr) part_.emplace(*work);
+  }
+
+ private:
+  std::optional<WorkTime::Part> part_;
+};
+
 UpdateJob job_of(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
   return {&layout, positions.data(), out.nodes.data(), out.packets.data()};
 }
@@ -71,21 +77,28 @@ UpdateJob job_of(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8
 }  // namespace
 
 const char* name_of(UpdateMode mode) {
-  constexpr const char* kNames[] = {"auto", "full", "hybrid", "lazy"};
-  return kNames[static_cast<int>(mode)];
+  return kModeNames[static_cast<int>(mode)];
+}
+
+std::optional<UpdateMode> update_mode_named(std::string_view name) {
+  for (int mode = 0; mode < 4; ++mode) {
+    if (name == kModeNames[mode]) return static_cast<UpdateMode>(mode);
+  }
+  return std::nullopt;
 }
 
 void reserve(const Bvh8Layout& layout, Bvh8& out) {
   prepare(layout, true, out);
-  std::fill(out.links.begin(), out.links.end(), kUnmade);
 }
 
-bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
+bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out,
+                 WorkTime* work) {
   SINEW_CHECK(positions.size() == layout.vertex_count);
   prepare(layout, false, out);
   const UpdateJob job = job_of(layout, positions, out);
   std::atomic<bool> finite = true;
   parallel_for(layout.treelets.size(), kTreeletsPerTask, [&](size_t begin, size_t end) {
+    const Timed timed(work);
     if (!make_treelets(job, static_cast<uint32_t>(begin), static_cast<uint32_t>(end), out.box)) {
       finite.store(false, std::memory_order_relaxed);
     }
@@ -94,19 +107,23 @@ bool update_full(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8
   return finite;
 }
 
-bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out) {
+bool update_hybrid(const Bvh8Layout& layout, std::span<const vec3> positions, Bvh8& out,
+                   WorkTime* work) {
   SINEW_CHECK(positions.size() == layout.vertex_count);
+  reserve(layout, out);
   const UpdateJob job = job_of(layout, positions, out);
   std::atomic<bool> finite = true;
   const auto exact = [&](uint32_t first, std::span<Box> boxes) {
+    const Timed timed(work);
     if (!treelet_boxes(job, first, boxes)) finite.store(false, std::memory_order_relaxed);
   };
-  update_upper(layout, exact, true, out);
+  update_upper(layout, exact, Threads::all, out);
   return finite;
 }
 
-void update_upper(const Bvh8Layout& layout, TreeletBoxes box_of, bool parallel, Bvh8& out) {
+void update_upper(const Bvh8Layout& layout, TreeletBoxes box_of, Threads threads, Bvh8& out) {
   reserve(layout, out);
+  std::fill(out.links.begin(), out.links.end(), kUnmade);
   const auto update = [&](size_t begin, size_t end) {
     Box boxes[kTreeletsPerTask];
     const std::span<Box> some(boxes, end - begin);
@@ -121,7 +138,7 @@ void update_upper(const Bvh8Layout& layout, TreeletBoxes box_of, bool parallel, 
     }
   };
   const size_t count = layout.treelets.size();
-  if (parallel) {
+  if (threads == Threads::all) {
     parallel_for(count, kTreeletsPerTask, update);
   } else {
     for (size_t i = 0; i < count; i += kTreeletsPerTask) {

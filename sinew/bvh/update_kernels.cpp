@@ -107,7 +107,7 @@ HWY_INLINE void store_lane(const RowBox& box, Node8& node, uint32_t lane) {
 }
 
 // Union of a node's eight child boxes; absent children are empty and change nothing.
-HWY_INLINE RowBox node_box(const Node8& node) {
+HWY_INLINE RowBox children_box(const Node8& node) {
   const D4 d;
   alignas(16) float low[4] = {}, high[4] = {};
   for (int axis = 0; axis < 3; ++axis) {
@@ -142,12 +142,12 @@ HWY_INLINE RowBox make(const UpdateJob& job, const Treelet& treelet, const Treel
       node.unused[lane] = 0;
       RowBox box;
       if (word != kNoChild) {
-        box = is_leaf_word(word) ? pack_leaf(job, at, word) : node_box(job.nodes[word]);
+        box = is_leaf_word(word) ? pack_leaf(job, at, word) : children_box(job.nodes[word]);
       }
       store_lane(box, node, lane);
     }
   }
-  return node_box(job.nodes[treelet.first_node]);
+  return children_box(job.nodes[treelet.first_node]);
 }
 
 HWY_INLINE Box to_box(const RowBox& box) {

@@ -18,17 +18,18 @@ void positions_of(const VisitedBody& body, uint32_t treelet, TreeletVertices& ou
 
 }  // namespace
 
-bool visit_upper(VisitedBody& body) {
+bool visit_upper(VisitedBody& body, Threads threads) {
   uint32_t state = kUnmade;
   if (!body.upper.compare_exchange_strong(state, kBeingMade, std::memory_order_acquire)) {
     return state != kBeingMade;
   }
+  const WorkTime::Part timed(body.upper_work);
   update_upper(
       *body.layout,
       [&](uint32_t first, std::span<Box> boxes) {
         derive_bounds(*body.clusters, *body.motion, *body.pose, first, boxes);
       },
-      false, *body.bvh);
+      threads, *body.bvh);
   body.upper.store(body.bvh->root, std::memory_order_release);
   return true;
 }
@@ -39,11 +40,16 @@ uint32_t visit_treelet(VisitedBody& body, uint32_t treelet) {
   if (!link.compare_exchange_strong(word, kBeingMade, std::memory_order_acquire)) {
     return word == kBeingMade ? kNoChild : word;
   }
+  // Every eighth is timed and stands for the others.
+  constexpr uint32_t kTimed = 8;
+  std::optional<WorkTime::Part> timed;
+  if (body.made.fetch_add(1, std::memory_order_relaxed) % kTimed == 0) {
+    timed.emplace(body.make_work, kTimed);
+  }
   TreeletVertices at;
   positions_of(body, treelet, at);
   const UpdateJob job{body.layout, nullptr, body.bvh->nodes.data(), body.bvh->packets.data()};
   make_treelet(job, treelet, at);
-  body.made.fetch_add(1, std::memory_order_relaxed);
   word = made_word(body.layout->treelets[treelet]);
   link.store(word, std::memory_order_release);
   return word;

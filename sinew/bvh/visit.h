@@ -11,6 +11,7 @@
 #include <atomic>
 #include <cstdint>
 
+#include "sinew/bvh/update.h"
 #include "sinew/bvh/update_kernels.h"
 #include "sinew/bvh/wide.h"
 #include "sinew/motion/clusters.h"
@@ -31,7 +32,8 @@ struct VisitedBody {
   const vec3* positions = nullptr;  // of all vertices, where they are known; else from the motion
   const ClusterBounds* clusters = nullptr;
   std::atomic<uint32_t> upper = kUnmade;  // kUnmade, kBeingMade, or the root's child word
-  std::atomic<uint32_t> made = 0;         // treelets made in this pose
+  std::atomic<uint32_t> made = 0;         // treelets made in this pose, by rays
+  WorkTime upper_work, make_work;         // what that took, and the upper tree
 };
 
 inline bool is_ready(const VisitedBody& body) {
@@ -39,7 +41,7 @@ inline bool is_ready(const VisitedBody& body) {
 }
 
 // Makes the upper tree, unless another thread is at it: then returns false.
-bool visit_upper(VisitedBody& body);
+bool visit_upper(VisitedBody& body, Threads threads = Threads::one);
 
 // Makes the treelet and returns its root's child word; kNoChild if another thread is at it.
 uint32_t visit_treelet(VisitedBody& body, uint32_t treelet);

@@ -159,6 +159,13 @@ struct Bvh8 {
   Box box;                      // of everything; empty if there is nothing
 };
 
+Box node_box(const Node8& node);  // of all its children
+
+// Bytes of nodes, packed triangles and treelets: of what is constant, and of one pose with
+// everything made.
+size_t bytes_of(const Bvh8Layout& layout);
+size_t bytes_of(const Bvh8& bvh);
+
 // Collapses the tree, whose boxes are `bounds`, into eight-wide nodes and cuts it into treelets of
 // at most `treelet_triangles` (1 to kMaxTreeletTriangles).
 Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,

@@ -45,6 +45,25 @@ void fill_range(const MorphMotion& motion, const Pose& pose, uint32_t first, std
   }
 }
 
+template <class M>
+void fill_list(const M& motion, const Pose& pose, std::span<const uint32_t> vertices,
+               std::span<vec3> out) {
+  for (size_t i = 0; i < out.size(); ++i) out[i] = position(motion, pose, vertices[i]);
+}
+
+// Target by target, as over a range: a target's turn costs more than its sum for one vertex.
+void fill_list(const MorphMotion& motion, const Pose& pose, std::span<const uint32_t> vertices,
+               std::span<vec3> out) {
+  for (size_t i = 0; i < out.size(); ++i) out[i] = motion.rest[vertices[i]];
+  for_each_target(motion, pose, [&](float weight, std::span<const vec3> deltas) {
+    for (size_t i = 0; i < out.size(); ++i) out[i] += weight * deltas[vertices[i]];
+  });
+  if (motion.skin.influences == 0) return;
+  for (size_t i = 0; i < out.size(); ++i) {
+    out[i] = skin_point(motion.skin, pose, vertices[i], out[i]);
+  }
+}
+
 mat3 local_map_of(const SkinMotion& motion, const Pose& pose, uint32_t vertex) {
   return linear_part(blend_joints(motion, pose, vertex));
 }
@@ -72,11 +91,7 @@ void positions(const Motion& motion, const Pose& pose, std::span<const uint32_t>
                std::span<vec3> out) {
   SINEW_DCHECK(pose_fits(motion, pose));
   SINEW_CHECK(vertices.size() == out.size());
-  std::visit(
-      [&](const auto& m) {
-        for (size_t i = 0; i < out.size(); ++i) out[i] = position(m, pose, vertices[i]);
-      },
-      motion);
+  std::visit([&](const auto& m) { fill_list(m, pose, vertices, out); }, motion);
 }
 
 Box bounds(const Motion& motion, const Pose& pose, std::span<const uint32_t> vertices) {

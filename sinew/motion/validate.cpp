@@ -24,7 +24,10 @@ bool fits(const KeyframeMotion& motion, const Pose& pose) {
   return pose.key + 1 < keys || pose.key_fraction == 0.0f;
 }
 bool fits(const FreeMotion& motion, const Pose& pose) {
-  return pose.positions.size() == motion.vertex_count;
+  const VertexRange changed = pose.changed;
+  const bool all = changed.first == 0 && changed.count >= motion.vertex_count;
+  return pose.positions.size() == motion.vertex_count &&
+         (all || uint64_t{changed.first} + changed.count <= motion.vertex_count);
 }
 
 std::string problem(const RigidMotion&) {

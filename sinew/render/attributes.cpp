@@ -85,16 +85,23 @@ vec3 deformed_normal(const ObjectAttributes& object, uint32_t i) {
 
 // A cross product is twice the triangle's area long, so the sum weighs by area.
 vec3 computed_normal(const ObjectAttributes& object, uint32_t vertex) {
-  const std::span<const vec3> p = object.positions;
   vec3 sum(0.0f);
   for (uint32_t k = object.first[vertex]; k < object.first[vertex + 1]; ++k) {
     const uvec3 t = object.mesh->triangles[object.triangles[k]];
-    sum += cross(p[t.y] - p[t.x], p[t.z] - p[t.x]);
+    const vec3 corner = position_at(object, t.x);
+    sum += cross(position_at(object, t.y) - corner, position_at(object, t.z) - corner);
   }
   return unit_or_zero(sum);
 }
 
 }  // namespace
+
+vec3 position_at(const ObjectAttributes& object, uint32_t vertex) {
+  if (!object.positions.empty()) return object.positions[vertex];
+  vec3 at;
+  positions(*object.motion, *object.pose, vertex, {&at, 1});
+  return at;
+}
 
 vec3 normal_at(const ObjectAttributes& object, uint32_t i) {
   if (!object.normals.empty()) return object.normals[i];
@@ -172,7 +179,7 @@ void AttributeTable::refresh_object(uint32_t index) {
   out.placement = world_->placement(index);
   out.mirrored = world_->mirrored(index);
   out.normal_map = cofactor(out.placement);
-  out.positions = world_->positions(index);
+  out.positions = world_->known_positions(index);
   out.source = object.source;
   out.motion = &object.motion;
   out.pose = &pose_->objects[index];
@@ -192,6 +199,11 @@ void AttributeTable::refresh_object(uint32_t index) {
   }
   if (object.source != NormalSource::none && out.normals.empty() &&
       mesh.positions.size() <= rays_) {
+    if (object.source == NormalSource::computed && out.positions.empty()) {
+      object.positions.resize(mesh.positions.size());
+      world_->positions(index, object.positions);
+      out.positions = object.positions;
+    }
     make_normals(object, shared);
   }
 }

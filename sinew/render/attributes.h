@@ -27,7 +27,7 @@ struct ObjectAttributes {
   Affine placement = identity_affine();
   bool mirrored = false;            // the placement turns triangles inside out
   mat3 normal_map{1.0f};            // object -> world for normals, up to length
-  std::span<const vec3> positions;  // one a vertex
+  std::span<const vec3> positions;  // one a vertex, if they are all known; else see position_at()
   NormalSource source = NormalSource::none;
   bool has_tangents = false;  // else made from texture coordinates
 
@@ -45,6 +45,7 @@ struct ObjectAttributes {
   bool normals_by_vertex() const { return source == NormalSource::computed; }
 };
 
+vec3 position_at(const ObjectAttributes& object, uint32_t vertex);
 // Unit or zero; `i` as normals_by_vertex() says. There must be a source.
 vec3 normal_at(const ObjectAttributes& object, uint32_t i);
 // As Mesh::tangents. The object must have them.
@@ -81,7 +82,7 @@ class AttributeTable {
     Motion motion;
     NormalSource source = NormalSource::none;
     uint64_t frame = 0;  // in which attributes were made
-    std::vector<vec3> normals;
+    std::vector<vec3> positions, normals;
     std::vector<vec4> tangents;
   };
 

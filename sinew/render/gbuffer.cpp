@@ -158,8 +158,8 @@ void resolve_geometry(const TextureTable& textures, const ObjectAttributes& obje
                       const RayCone& cone, const Hit& hit, const Material& material, Corners& c,
                       Surface& out) {
   const Mesh& mesh = *object.mesh;
-  const vec3 vertex[3] = {object.positions[c.vertex.x], object.positions[c.vertex.y],
-                          object.positions[c.vertex.z]};
+  const vec3 vertex[3] = {position_at(object, c.vertex.x), position_at(object, c.vertex.y),
+                          position_at(object, c.vertex.z)};
   const vec3 e1 = vertex[1] - vertex[0], e2 = vertex[2] - vertex[0];
   const vec3 point = vertex[0] * c.weight.x + vertex[1] * c.weight.y + vertex[2] * c.weight.z;
   const vec3 view = -normalize(ray.direction);

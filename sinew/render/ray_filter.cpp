@@ -40,11 +40,9 @@ bool is_opaque(uvec3 depth) {
 // Whether the direction runs against the front of the hit triangle. Mirrored placements turn the
 // winding round (glTF 2.0, section 3.7.4).
 bool meets_front(const FilterContext& context, const Hit& hit, vec3 direction) {
-  const std::span<const vec3> p = context.world->positions(hit.object);
-  const uvec3 t = mesh_of(*context.scene, hit).triangles[hit.primitive];
+  const std::array<vec3, 3> p = context.world->triangle(hit.object, hit.primitive);
   const Affine placement = context.world->placement(hit.object);
-  const float cosine =
-      dot(cofactor(placement) * cross(p[t.y] - p[t.x], p[t.z] - p[t.x]), direction);
+  const float cosine = dot(cofactor(placement) * cross(p[1] - p[0], p[2] - p[0]), direction);
   return (context.world->mirrored(hit.object) ? -cosine : cosine) <= 0.0f;
 }
 

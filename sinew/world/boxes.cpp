@@ -13,16 +13,26 @@ struct Place {
   Box box;
 };
 
+// What a treelet's word stands for, if rays have come to it; else the word itself, which is then a
+// leaf.
+uint32_t made_so_far(const VisitedBody& body, uint32_t word) {
+  if (word == kNoChild || !is_treelet_word(word)) return word;
+  const uint32_t link =
+      std::atomic_ref(body.bvh->links[treelet_of(word)]).load(std::memory_order_acquire);
+  return link < kBeingMade ? link : word;
+}
+
 // The cut through one tree from its root down: leaf(place) gets leaves at or above the level,
 // box(box) the inner nodes at it. Boxes of triangles that are not finite are empty and left out.
 template <class Leaf, class Inner>
-void cut(const Node8* nodes, const Place& root, uint32_t level, const Leaf& leaf,
-         const Inner& inner) {
+void cut(const Node8* nodes, const VisitedBody* body, const Place& root, uint32_t level,
+         const Leaf& leaf, const Inner& inner) {
   std::vector<Place> stack = {root};
   while (!stack.empty()) {
-    const Place here = stack.back();
+    Place here = stack.back();
     stack.pop_back();
-    if (is_leaf_word(here.word)) {
+    if (body != nullptr) here.word = made_so_far(*body, here.word);
+    if (!is_inner_word(here.word)) {
       leaf(here);
     } else if (here.level == level) {
       inner(here.box);
@@ -40,21 +50,35 @@ void cut(const Node8* nodes, const Place& root, uint32_t level, const Leaf& leaf
 
 std::vector<TreeBox> World::boxes(uint32_t level) const {
   const Impl& w = *impl_;
+  const WorldFrame& frame = w.now();
   std::vector<TreeBox> found;
   const auto visit_object = [&](uint32_t index, uint32_t at_level) {
-    const Instance& instance = w.instances[index];
+    const Instance& instance = frame.instances[index];
     const Object& object = w.objects[instance.object];
     const Body& body = w.bodies[object.body];
+    const PosedObject& posed = frame.objects[instance.object];
     const auto keep = [&](const Box& box) { found.push_back({box, instance.object}); };
-    const Place root{instance.root, at_level, body.deforms ? object.bvh.box : body.bvh.box};
+    const VisitedBody* const visited = instance.body;
+    const bool ready = visited == nullptr || is_ready(*visited);
+    const Place root{!ready               ? kNoChild
+                     : visited == nullptr ? instance.root
+                                          : visited->upper.load(std::memory_order_acquire),
+                     at_level, body.deforms ? posed.local_box : body.bvh.box};
     cut(
-        instance.nodes, root, level, [&](const Place& leaf) { keep(leaf.box); }, keep);
+        instance.nodes, visited, root, level, [&](const Place& leaf) { keep(leaf.box); }, keep);
   };
-  if (w.instances.size() == 1) visit_object(0, 0);
-  if (w.instances.size() < 2) return found;
+  if (frame.instances.size() == 1 && frame.leaves.empty()) visit_object(0, 0);
+  if (frame.instances.size() < 2 && frame.leaves.empty()) return found;
+  const auto visit_leaf = [&](const Place& place) {
+    const uint32_t index = place.word & ~kLeafBit;
+    if (frame.leaves.empty()) return visit_object(index, place.level);
+    const TopLeaf& leaf = frame.leaves[index];
+    if (leaf.word == kNoChild) return visit_object(leaf.instance, place.level);
+    found.push_back({place.box, kNoObject});
+  };
   cut(
-      w.top.data(), {inner_word(0), 0, w.box}, level,
-      [&](const Place& leaf) { visit_object(leaf.word & ~kLeafBit, leaf.level); },
+      frame.top.data(), nullptr, {inner_word(0), 0, frame.box}, level,
+      [&](const Place& leaf) { visit_leaf(leaf); },
       [&](const Box& box) {
         found.push_back({box, kNoObject});
       });

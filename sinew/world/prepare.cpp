@@ -53,7 +53,8 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
   // One tree serves the whole clip, so it is built for the clip's middle: of what breaks apart, the
   // parts are separate there already.
   const double middle = moves ? 0.5 * (start + scene.clips[w.clip].end) : 0.0;
-  sample(scene, w.clip, middle, w.pose);
+  ScenePose& pose = w.now().pose;
+  sample(scene, w.clip, middle, pose);
 
   std::map<std::pair<uint32_t, bool>, BodyId> bodies;  // by mesh and whether it is skinned
   for (size_t i = 0; i < scene.objects.size(); ++i) {
@@ -63,32 +64,44 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
     auto found = bodies.find(key);
     if (found == bodies.end()) {
       SINEW_TRY(const BodyId body,
-                world.add_body({mesh.triangles, motion_of(mesh, object.skin >= 0),
-                                w.pose.objects[i], options.build}));
+                world.add_body({mesh.triangles, motion_of(mesh, object.skin >= 0), pose.objects[i],
+                                options.build}));
       found = bodies.emplace(key, body).first;
     }
     SINEW_CHECKED(world.add_object(found->second, describe(scene, mesh)));
   }
+  w.mode = options.update;
+  w.top_tree = options.top_tree;
   SINEW_CHECKED(world.set_time(start));
   return world;
 }
 
-Result<void> World::set_time(double seconds) {
-  Impl& w = *impl_;
-  if (w.scene == nullptr) {
+Result<void> World::Impl::pose_at(World& world, WorldFrame& frame, double seconds) {
+  if (scene == nullptr) {
     return fail({ErrorKind::usage, "", "", "this world was not made by prepare()",
                  "use set_pose and commit"});
   }
-  sample(*w.scene, w.clip, seconds, w.pose);
-  for (size_t i = 0; i < w.pose.objects.size(); ++i) {
-    SINEW_CHECKED(set_pose(static_cast<ObjectId>(i), w.pose.objects[i]));
+  sample(*scene, clip, seconds, frame.pose);
+  for (size_t i = 0; i < frame.pose.objects.size(); ++i) {
+    SINEW_CHECKED(world.set_pose(static_cast<ObjectId>(i), frame.pose.objects[i]));
   }
+  return {};
+}
+
+Result<void> World::set_time(double seconds) {
+  SINEW_CHECKED(impl_->pose_at(*this, impl_->now(), seconds));
   commit();
   return {};
 }
 
+Result<void> World::stage_time(double seconds) {
+  SINEW_CHECKED(impl_->pose_at(*this, impl_->frames[1 - impl_->shown], seconds));
+  stage();
+  return {};
+}
+
 const ScenePose& World::pose() const {
-  return impl_->pose;
+  return impl_->now().pose;
 }
 
 }  // namespace sinew

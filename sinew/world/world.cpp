@@ -1,11 +1,6 @@
 #include "sinew/world/world.h"
 
-#include <chrono>
-#include <vector>
-
-#include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/top.h"
 #include "sinew/bvh/update.h"
 #include "sinew/world/world_impl.h"
 
@@ -13,7 +8,6 @@ namespace sinew {
 namespace {
 
 constexpr size_t kVerticesPerTask = 4096;
-constexpr size_t kRaysPerTask = 1024;
 
 // Where the vertices rest, for bodies that are absent when their tree is built.
 std::span<const vec3> rest_of(const Motion& motion) {
@@ -26,77 +20,24 @@ std::span<const vec3> rest_of(const Motion& motion) {
   return {};
 }
 
-void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& out) {
-  out.resize(vertex_count(motion));
-  parallel_for(out.size(), kVerticesPerTask, [&](size_t begin, size_t end) {
-    positions(motion, pose, static_cast<uint32_t>(begin), {out.data() + begin, end - begin});
-  });
+// One cluster a treelet.
+ClusterBounds clusters_of(const Motion& motion, const Bvh8Layout& layout) {
+  std::vector<uint32_t> first;
+  first.reserve(layout.treelets.size() + 1);
+  for (const Treelet& treelet : layout.treelets) first.push_back(treelet.first_vertex);
+  first.push_back(static_cast<uint32_t>(layout.vertices.size()));
+  return make_cluster_bounds(motion, {first, layout.vertices});
 }
 
 }  // namespace
 
-std::span<const vec3> World::Impl::positions_of(const Object& object) const {
-  const Body& body = bodies[object.body];
-  if (const auto* rigid = std::get_if<RigidMotion>(&body.motion)) return rigid->rest;
-  return object.positions;
-}
-
-void World::Impl::update_object(Object& object) {
-  const Body& body = bodies[object.body];
-  object.dirty = false;
-  object.placement = object.pose.placement;
-  object.present = object.pose.present && !is_singular(object.placement);
-  object.box = Box();
-  if (!object.present) return;
-  object.in_place = object.placement == identity_affine();
-  object.to_object = object.in_place ? identity_affine() : inverse_affine(object.placement);
-  if (body.deforms) {
-    all_positions(body.motion, object.pose, object.positions);
-    update_full(body.layout, object.positions, object.bvh);
-  }
-  const Box& local = body.deforms ? object.bvh.box : body.bvh.box;
-  object.box = object.in_place ? local : transform_box(object.placement, local);
-}
-
-// Widens a box by the rounding of rays that are carried into the object's space.
-Box World::Impl::padded(const Object& object) const {
-  const Box& exact = object.box;
-  if (object.in_place) return exact;
-  constexpr float kGamma = 16.0f * 5.97e-8f;
-  const vec3 pad = kGamma * glm::max(glm::abs(exact.min), glm::abs(exact.max));
-  return {exact.min - pad, exact.max + pad};
-}
-
-void World::Impl::build_instances() {
-  instances.clear();
-  boxes.clear();
-  for (size_t id = 0; id < objects.size(); ++id) {
-    const Object& object = objects[id];
-    if (!object.alive || !object.present || !object.desc.visible) continue;
-    if (object.box.empty() || !is_finite(object.box)) continue;
-    const Body& body = bodies[object.body];
-    const Bvh8& bvh = body.deforms ? object.bvh : body.bvh;
-    instances.push_back({.nodes = bvh.nodes.data(),
-                         .packets = bvh.packets.data(),
-                         .primitives = body.layout.packet_primitives.data(),
-                         .root = bvh.root,
-                         .to_object = object.to_object,
-                         .object = static_cast<uint32_t>(id),
-                         .mask = object.desc.mask,
-                         .in_place = object.in_place,
-                         .filtered = object.desc.filtered,
-                         .single_sided = object.desc.single_sided});
-    boxes.push_back(padded(object));
-  }
-  build_top(boxes, top);
-  box = Box();
-  for (const Box& b : boxes) box.extend(b);
-}
-
-SceneView World::Impl::view() const {
-  // A lone object needs no top tree.
-  return {instances.size() > 1 ? top.data() : nullptr, instances.data(),
-          static_cast<uint32_t>(instances.size())};
+void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& out, WorkTime* work) {
+  out.resize(vertex_count(motion));
+  parallel_for(out.size(), kVerticesPerTask, [&](size_t begin, size_t end) {
+    std::optional<WorkTime::Part> timed;
+    if (work != nullptr) timed.emplace(*work);
+    positions(motion, pose, static_cast<uint32_t>(begin), {out.data() + begin, end - begin});
+  });
 }
 
 World::World() : impl_(std::make_unique<Impl>()) {}
@@ -114,7 +55,11 @@ Result<BodyId> World::add_body(const BodyDesc& desc) {
     return fail({ErrorKind::usage, "", "build pose", "it does not fit the body's motion",
                  "give as many joints, weights or positions as the motion needs"});
   }
-  Body body{desc.triangles, desc.motion, {}, {}, deforms(desc.motion)};
+  Body body;
+  body.triangles = desc.triangles;
+  body.motion = desc.motion;
+  body.deforms = deforms(desc.motion);
+  body.derivable = body.deforms && derivable(desc.motion);
   std::vector<vec3> at;
   if (at_rest) {
     const std::span<const vec3> rest = rest_of(desc.motion);
@@ -124,6 +69,7 @@ Result<BodyId> World::add_body(const BodyDesc& desc) {
   }
   SINEW_TRY(body.layout, build_layout(at, desc.triangles, desc.build));
   if (!body.deforms) update_full(body.layout, at, body.bvh);
+  if (body.derivable) body.clusters = clusters_of(body.motion, body.layout);
   impl_->bodies.push_back(std::move(body));
   return static_cast<BodyId>(impl_->bodies.size() - 1);
 }
@@ -136,8 +82,12 @@ Result<ObjectId> World::add_object(BodyId body, const ObjectDesc& desc) {
   Object object;
   object.body = body;
   object.desc = desc;
-  object.dirty = !impl_->bodies[body].deforms;  // a deforming one waits for its first pose
+  if (!impl_->bodies[body].deforms) {  // a deforming one waits for its first pose
+    object.fresh = true;
+    object.version = 1;
+  }
   impl_->objects.push_back(std::move(object));
+  for (WorldFrame& frame : impl_->frames) frame.objects.emplace_back();
   return static_cast<ObjectId>(impl_->objects.size() - 1);
 }
 
@@ -146,16 +96,30 @@ Object& World::Impl::object(ObjectId id) {
   return objects[id];
 }
 
+const PosedObject& World::Impl::posed(ObjectId id) const {
+  SINEW_CHECK(id < objects.size() && objects[id].alive);
+  return now().objects[id];
+}
+
+const Bvh8& World::Impl::bvh_of(ObjectId id) const {
+  const Body& body = body_of(id);
+  return body.deforms ? now().objects[id].bvh : body.bvh;
+}
+
 void World::remove_object(ObjectId object) {
-  Object& removed = impl_->object(object);
-  removed = Object();
-  removed.alive = false;
+  impl_->object(object).alive = false;
 }
 void World::set_visible(ObjectId object, bool visible) {
   impl_->object(object).desc.visible = visible;
 }
 void World::set_mask(ObjectId object, uint32_t mask) {
   impl_->object(object).desc.mask = mask;
+}
+void World::set_update_mode(UpdateMode mode) {
+  impl_->mode = mode;
+}
+void World::set_top_tree(TopTree top) {
+  impl_->top_tree = top;
 }
 
 Result<void> World::set_pose(ObjectId id, const Pose& pose) {
@@ -166,103 +130,78 @@ Result<void> World::set_pose(ObjectId id, const Pose& pose) {
                  "give as many joints, weights or positions as the motion needs"});
   }
   object.pose = pose;
-  object.dirty = true;
+  object.fresh = true;
+  ++object.version;
   return {};
 }
 
-void World::commit() {
-  const auto start = std::chrono::steady_clock::now();
-  Impl& w = *impl_;
-  w.stats = {};
-  w.moved.clear();
-  for (size_t i = 0; i < w.objects.size(); ++i) {
-    if (w.objects[i].alive && w.objects[i].dirty) w.moved.push_back(static_cast<ObjectId>(i));
-  }
-  parallel_for(w.moved.size(), 1, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) w.update_object(w.objects[w.moved[i]]);
-  });
-  for (const ObjectId id : w.moved) {
-    const Object& object = w.objects[id];
-    const Body& body = w.bodies[object.body];
-    if (object.present && body.deforms) w.stats.triangles_updated += body.triangles.size();
-  }
-  w.build_instances();
-  w.stats.objects_present = static_cast<uint32_t>(w.instances.size());
-  w.stats.update_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
-
-std::optional<Hit> World::closest_hit(const Ray& ray) const {
-  Hit hit;
-  closest_hits({&ray, 1}, {&hit, 1});
-  if (!hit) return std::nullopt;
-  return hit;
-}
-
-bool World::any_hit(const Ray& ray) const {
-  uint8_t hit = 0;
-  any_hits({&ray, 1}, {&hit, 1});
-  return hit != 0;
-}
-
-void World::closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
-                         const QueryOptions& options) const {
-  SINEW_CHECK(rays.size() == hits.size());
-  parallel_for(rays.size(), kRaysPerTask, [&](size_t begin, size_t end) {
-    QueryOptions part = options;
-    part.first_ray += static_cast<uint32_t>(begin);
-    sinew::closest_hits(impl_->view(), rays.subspan(begin, end - begin),
-                        hits.subspan(begin, end - begin), part);
-  });
-}
-
-void World::any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
-                     const QueryOptions& options) const {
-  SINEW_CHECK(rays.size() == hit.size());
-  parallel_for(rays.size(), kRaysPerTask, [&](size_t begin, size_t end) {
-    QueryOptions part = options;
-    part.first_ray += static_cast<uint32_t>(begin);
-    sinew::any_hits(impl_->view(), rays.subspan(begin, end - begin),
-                    hit.subspan(begin, end - begin), part);
-  });
-}
-
-void World::count_closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
-                               std::span<TraversalCounts> counts,
-                               const QueryOptions& options) const {
-  SINEW_CHECK(rays.size() == hits.size() && rays.size() == counts.size());
-  parallel_for(rays.size(), kRaysPerTask, [&](size_t begin, size_t end) {
-    QueryOptions part = options;
-    part.first_ray += static_cast<uint32_t>(begin);
-    sinew::count_closest_hits(impl_->view(), rays.subspan(begin, end - begin),
-                              hits.subspan(begin, end - begin), counts.subspan(begin, end - begin),
-                              part);
-  });
-}
-
 Box World::box() const {
-  return impl_->box;
+  return impl_->now().box;
 }
-std::span<const vec3> World::positions(ObjectId object) const {
-  return impl_->positions_of(impl_->object(object));
+std::span<const vec3> World::known_positions(ObjectId object) const {
+  const PosedObject& posed = impl_->posed(object);
+  const Motion& motion = impl_->body_of(object).motion;
+  if (const auto* rigid = std::get_if<RigidMotion>(&motion)) return rigid->rest;
+  return posed.positions;
 }
+void World::positions(ObjectId object, std::span<vec3> out) const {
+  const Motion& motion = impl_->body_of(object).motion;
+  SINEW_CHECK(out.size() == vertex_count(motion));
+  const std::span<const vec3> known = known_positions(object);
+  parallel_for(out.size(), kVerticesPerTask, [&](size_t begin, size_t end) {
+    const std::span<vec3> some = out.subspan(begin, end - begin);
+    if (known.empty()) {
+      sinew::positions(motion, impl_->posed(object).pose, static_cast<uint32_t>(begin), some);
+    } else {
+      std::copy_n(known.begin() + begin, some.size(), some.begin());
+    }
+  });
+}
+vec3 World::position(ObjectId object, uint32_t vertex) const {
+  const std::span<const vec3> known = known_positions(object);
+  if (!known.empty()) return known[vertex];
+  vec3 at;
+  sinew::positions(impl_->body_of(object).motion, impl_->posed(object).pose, vertex, {&at, 1});
+  return at;
+}
+std::array<vec3, 3> World::triangle(ObjectId object, uint32_t primitive) const {
+  const uvec3 t = impl_->body_of(object).triangles[primitive];
+  return {position(object, t.x), position(object, t.y), position(object, t.z)};
+}
+
 Affine World::placement(ObjectId object) const {
-  return impl_->object(object).placement;
+  return impl_->posed(object).placement;
 }
 bool World::mirrored(ObjectId object) const {
   return glm::determinant(linear_part(placement(object))) < 0.0f;
 }
+
 UpdateStats World::stats() const {
-  return impl_->stats;
+  UpdateStats stats = impl_->now().stats;
+  for (const Instance& instance : impl_->now().instances) {
+    const Body& body = impl_->body_of(instance.object);
+    if (!body.deforms) continue;
+    const PosedObject& posed = impl_->now().objects[instance.object];
+    stats.treelets += body.layout.treelets.size();
+    stats.treelets_made += posed.mode == UpdateMode::full
+                               ? body.layout.treelets.size()
+                               : posed.visited.made.load(std::memory_order_relaxed);
+  }
+  return stats;
+}
+
+UpdateChoice World::choice(ObjectId object) const {
+  return impl_->object(object).history.choice;
 }
 
 std::string World::validate() const {
-  for (size_t id = 0; id < impl_->objects.size(); ++id) {
-    const Object& object = impl_->objects[id];
-    if (!object.alive || !object.present || object.dirty) continue;
-    const Body& body = impl_->bodies[object.body];
-    const std::string problem = sinew::validate(body.layout, body.deforms ? object.bvh : body.bvh,
-                                                impl_->positions_of(object), body.triangles);
+  for (const Instance& instance : impl_->now().instances) {
+    const ObjectId id = instance.object;
+    const Body& body = impl_->body_of(id);
+    if (instance.body != nullptr && !is_ready(*instance.body)) continue;
+    std::vector<vec3> at(vertex_count(body.motion));
+    positions(id, at);
+    const std::string problem = sinew::validate(body.layout, impl_->bvh_of(id), at, body.triangles);
     if (!problem.empty()) return "object " + std::to_string(id) + ": " + problem;
   }
   return {};

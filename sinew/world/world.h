@@ -2,7 +2,9 @@
 // set_time (or set_pose and commit) says where things are.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -11,9 +13,13 @@
 
 #include "sinew/base/error.h"
 #include "sinew/bvh/build.h"
+#include "sinew/bvh/choose.h"
+#include "sinew/bvh/proximity.h"
 #include "sinew/bvh/traverse.h"
+#include "sinew/bvh/update.h"
 #include "sinew/math/box.h"
 #include "sinew/math/ray.h"
+#include "sinew/motion/influences.h"
 #include "sinew/motion/motion.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/scene.h"
@@ -37,10 +43,29 @@ struct ObjectDesc {
   bool single_sided = false;  // see Facing
 };
 
+// What commit() did, and what rays have made since.
 struct UpdateStats {
   double update_ms = 0.0;  // of the last commit
-  uint64_t triangles_updated = 0;
   uint32_t objects_present = 0;
+  uint32_t objects_skipped = 0;  // left out of this frame: a vertex of theirs is not finite
+  // Deforming objects by what was done to them:
+  uint32_t unchanged = 0, full = 0, hybrid = 0, lazy = 0;
+  uint64_t triangles_updated = 0;  // of the objects that are not unchanged
+  uint64_t treelets = 0;           // of present deforming objects
+  uint64_t treelets_made = 0;      // of these, for the last pose, by the update or by rays
+};
+
+// What hangs below the top tree: whole objects, or the treelets of all deforming objects and whole
+// rigid ones ("one tree"), which pays where deforming objects overlap. Treelets need their boxes in
+// every frame, so objects that no ray reaches cost a little more.
+enum class TopTree : uint8_t { objects, treelets };
+
+struct Pick {
+  Hit hit;
+  vec3 point{0.0f};                 // in the world
+  uvec3 vertices{0};                // of the triangle
+  vec3 barycentrics{0.0f};          // their shares of the point
+  std::vector<JointWeight> joints;  // of the body's skin, the heaviest first; empty without one
 };
 
 // A box of the hierarchy.
@@ -63,15 +88,26 @@ class World {
   void set_visible(ObjectId object, bool visible);
   void set_mask(ObjectId object, uint32_t mask);
 
+  // `automatic` unless said otherwise. All modes give the same hits.
+  void set_update_mode(UpdateMode mode);
+  void set_top_tree(TopTree top);
+
   // The pose counts from the next commit; its spans must live until then. An error if it does not
   // fit the body's motion.
   Result<void> set_pose(ObjectId object, const Pose& pose);
 
-  // Updates every object whose pose changed, then the top tree. Must not overlap queries.
+  // Brings every object to its pose, then the top tree. Must not overlap queries.
   void commit();
 
-  // For worlds made by prepare(): samples the clip and commits. The world keeps the pose.
+  // The same without touching what queries see, so that one frame can be posed while another is
+  // traced; flip() then shows it. Only flip() must not overlap queries. Takes twice the memory.
+  void stage();
+  void flip();
+
+  // For worlds made by prepare(): samples the clip and commits, or stages. The world keeps the
+  // pose.
   Result<void> set_time(double seconds);
+  Result<void> stage_time(double seconds);
   const ScenePose& pose() const;
 
   std::optional<Hit> closest_hit(const Ray& ray) const;
@@ -85,16 +121,35 @@ class World {
                           std::span<TraversalCounts> counts,
                           const QueryOptions& options = {}) const;
 
+  // Every hit along the ray, sorted by (t, object, primitive).
+  void all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options = {}) const;
+  // The closest hit, and what of the character it is.
+  std::optional<Pick> pick(const Ray& ray, const QueryOptions& options = {}) const;
+  std::optional<NearestPoint> nearest_point(
+      vec3 from, float max_distance = std::numeric_limits<float>::infinity(),
+      uint32_t mask = 0xffffffffu) const;
+  // The triangles that meet the box, sorted.
+  void triangles_in_box(const Box& box, std::vector<TriangleId>& out,
+                        uint32_t mask = 0xffffffffu) const;
+
   // The boxes of the hierarchy `level` steps below the root, which is level 0, and those of leaves
   // that end sooner: together they hold every present object. An object's whole box counts as one
   // box, at the level where it hangs in the top tree.
   std::vector<TreeBox> boxes(uint32_t level) const;
 
-  Box box() const;                                         // of all present objects, world space
-  std::span<const vec3> positions(ObjectId object) const;  // of its vertices, in object space
-  Affine placement(ObjectId object) const;                 // object -> world
-  bool mirrored(ObjectId object) const;  // its placement turns triangles inside out
+  Box box() const;  // of all present objects, world space
+
+  // Vertices of an object, in its own space. known_positions() is one a vertex where the update
+  // computed them all, and empty for lazy objects; the others always answer.
+  std::span<const vec3> known_positions(ObjectId object) const;
+  void positions(ObjectId object, std::span<vec3> out) const;  // one a vertex
+  vec3 position(ObjectId object, uint32_t vertex) const;
+  std::array<vec3, 3> triangle(ObjectId object, uint32_t primitive) const;
+
+  Affine placement(ObjectId object) const;  // object -> world
+  bool mirrored(ObjectId object) const;     // its placement turns triangles inside out
   UpdateStats stats() const;
+  UpdateChoice choice(ObjectId object) const;
   std::string validate() const;  // empty text if every invariant holds
 
  private:
@@ -104,8 +159,10 @@ class World {
 };
 
 struct PrepareOptions {
-  std::string clip;  // name or index; empty: the first clip if there is one; "rest": none
+  std::string clip{};  // name or index; empty: the first clip if there is one; "rest": none
   BuildConfig build{};
+  UpdateMode update = UpdateMode::automatic;
+  TopTree top_tree = TopTree::objects;
 };
 
 // Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.

@@ -1,62 +1,121 @@
 // What a World holds. Internal to sinew/world.
 #pragma once
 
+#include <array>
+#include <atomic>
+#include <deque>
 #include <span>
 #include <vector>
 
+#include "sinew/base/check.h"
+#include "sinew/bvh/top.h"
+#include "sinew/bvh/update_local.h"
+#include "sinew/bvh/visit.h"
 #include "sinew/bvh/wide.h"
+#include "sinew/motion/clusters.h"
 #include "sinew/world/world.h"
 
 namespace sinew {
 
+// What stays the same while things move.
 struct Body {
   std::span<const uvec3> triangles;
   Motion motion;
   Bvh8Layout layout;
-  Bvh8 bvh;  // of rigid bodies, shared by all their objects
+  Bvh8 bvh;                // of rigid bodies, shared by all their objects
+  ClusterBounds clusters;  // one a treelet, if boxes can be derived
   bool deforms = false;
+  bool derivable = false;
 };
 
+// What the caller said of an object, and what is known of it from frame to frame.
 struct Object {
   BodyId body = 0;
   ObjectDesc desc;
   bool alive = true;
-  bool dirty = false;  // its pose counts from the next commit
-  Pose pose;           // spans are valid only while dirty
+  Pose pose;              // spans are valid only while fresh
+  bool fresh = false;     // the pose counts from the next commit
+  uint32_t version = 0;   // of the pose; 0: none yet
+  UpdateHistory history;  // of mode `automatic`
+};
 
-  // As of the last commit:
+// An object in one frame.
+struct PosedObject {
+  uint32_t version = 0;  // of the object's pose that this shows
   bool present = false;
   bool in_place = true;  // placement is the identity
   Affine placement = identity_affine();
   Affine to_object = identity_affine();
-  Box box;   // world space
-  Bvh8 bvh;  // of deforming bodies
-  std::vector<vec3> positions;
+  Box box;  // world space
+
+  // Of deforming bodies:
+  bool shaped = false;   // what follows belongs to a pose
+  bool changed = false;  // by the last update
+  bool finite = true;
+  UpdateMode mode = UpdateMode::full;
+  Box local_box;
+  Pose pose;  // views of these copies:
+  std::vector<Affine> joints;
+  std::vector<float> weights;
+  std::vector<vec3> positions;  // of all vertices; of lazy objects empty
+  Bvh8 bvh;
+  VisitedBody visited;
+  WorkTime work;  // of the update
+  WayUp way;      // of objects that were updated in part
+};
+
+// One state of the world. There are two, so that one can be posed while rays are traced through the
+// other.
+struct WorldFrame {
+  std::deque<PosedObject> objects;  // does not move what is in it
+  std::vector<Instance> instances;
+  std::vector<Box> boxes;  // one a leaf of the top tree
+  std::vector<TopLeaf> leaves;
+  std::vector<Node8> top;
+  TopScratch top_scratch;
+  Box box;
+  ScenePose pose;  // of prepared worlds
+  UpdateStats stats;
+  std::vector<ObjectId> moved;
+  double made = 0.0;  // treelets that rays made in all objects, when that was last counted
+  mutable std::atomic<uint64_t> rays = 0;  // of spans, traced since the commit
+  mutable std::atomic<int> queries = 0;    // running now; counted in debug builds only
 };
 
 struct World::Impl {
-  std::vector<Body> bodies;
+  std::deque<Body> bodies;
   std::vector<Object> objects;
-  UpdateStats stats;
-
-  // Rebuilt by every commit:
-  std::vector<Instance> instances;
-  std::vector<Box> boxes;  // one an instance
-  std::vector<Node8> top;
-  Box box;
-  std::vector<ObjectId> moved;
+  std::array<WorldFrame, 2> frames;
+  uint32_t shown = 0;  // the frame that queries see
+  UpdateMode mode = UpdateMode::automatic;
+  TopTree top_tree = TopTree::objects;
 
   // Of prepared worlds:
   const Scene* scene = nullptr;
   int clip = kRestPose;
-  ScenePose pose;
+
+  WorldFrame& now() { return frames[shown]; }
+  const WorldFrame& now() const { return frames[shown]; }
 
   Object& object(ObjectId id);
-  std::span<const vec3> positions_of(const Object& object) const;
-  void update_object(Object& object);
-  Box padded(const Object& object) const;
-  void build_instances();
-  SceneView view() const;
+  const PosedObject& posed(ObjectId id) const;
+  const Body& body_of(ObjectId id) const { return bodies[objects[id].body]; }
+  const Bvh8& bvh_of(ObjectId id) const;
+
+  void update(uint32_t frame);
+  void update_object(WorldFrame& frame, const WorldFrame& other, ObjectId id);
+  void update_shape(const Body& body, PosedObject& posed);
+  void update_part(const Body& body, const Pose& pose, PosedObject& posed);
+  std::optional<UpdateOutcome> outcome(const Body& body, const PosedObject& last) const;
+  UpdateMode choose(ObjectId id);
+  void count_made(WorldFrame& frame) const;
+  void count_updates(WorldFrame& frame) const;
+  void build_top_tree(WorldFrame& frame);
+  Result<void> pose_at(World& world, WorldFrame& frame, double seconds);
 };
+
+// All positions of a motion, in parallel.
+void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& out,
+                   WorkTime* work = nullptr);
 
 }  // namespace sinew

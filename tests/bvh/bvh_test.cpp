@@ -198,5 +198,94 @@ TEST(Update, SameBitsForAnyThreadCount) {
   }
 }
 
+std::vector<Hit> hits_of(const Bvh& bvh, std::span<const Ray> rays) {
+  std::vector<Hit> hits(rays.size());
+  bvh.closest_hits(rays, hits);
+  return hits;
+}
+
+bool same_bits(const std::vector<Hit>& a, const std::vector<Hit>& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(Hit)) == 0;
+}
+
+TEST(Update, ARangeOfVerticesIsAsGoodAsAll) {
+  const auto shape = test::sphere(5);
+  for (const UpdateMode mode : {UpdateMode::full, UpdateMode::hybrid, UpdateMode::automatic}) {
+    Bvh all = *build(shape.positions, shape.triangles);
+    Bvh part = *build(shape.positions, shape.triangles);
+    part.set_update_mode(mode);
+    auto moved = test::twisted(shape.positions, 0.4f);
+    ASSERT_TRUE(part.update(moved));
+    Random random(31);
+    for (int round = 0; round < 20; ++round) {
+      VertexRange range;
+      range.first = random.next() % uint32_t(moved.size());
+      range.count = std::min(1 + random.next() % 40, uint32_t(moved.size()) - range.first);
+      for (uint32_t v = range.first; v < range.first + range.count; ++v) {
+        moved[v] += 0.2f * random.direction();
+      }
+      ASSERT_TRUE(part.update(moved, range));
+      ASSERT_TRUE(all.update(moved));
+      const auto rays = test::test_rays(moved, shape.triangles, 300, uint32_t(round));
+      EXPECT_TRUE(same_bits(hits_of(all, rays), hits_of(part, rays)))
+          << name_of(mode) << " round " << round << " seed 31";
+      EXPECT_EQ(all.box().min, part.box().min);
+      EXPECT_EQ(all.box().max, part.box().max);
+    }
+    EXPECT_EQ(part.update(moved, {uint32_t(moved.size()) - 1, 2}).error().kind, ErrorKind::usage);
+    EXPECT_EQ(part.update(moved, {0xffffffffu, 0xffffffffu}).error().kind, ErrorKind::usage);
+  }
+}
+
+TEST(Update, BorrowedAndStagedVerticesAreAsGoodAsCopied) {
+  const auto shape = test::sphere(5);
+  const auto moved = test::twisted(shape.positions, 1.0f);
+  const auto rays = test::test_rays(moved, shape.triangles, 2000, 3);
+  Bvh reference = *build(shape.positions, shape.triangles);
+  const std::vector<Hit> before = hits_of(reference, rays);
+  ASSERT_TRUE(reference.update(moved));
+  const std::vector<Hit> after = hits_of(reference, rays);
+  for (const UpdateMode mode : {UpdateMode::full, UpdateMode::hybrid}) {
+    Bvh bvh = *build(shape.positions, shape.triangles);
+    bvh.set_update_mode(mode);
+    ASSERT_TRUE(bvh.stage(moved));
+    EXPECT_TRUE(same_bits(before, hits_of(bvh, rays)));
+    bvh.flip();
+    EXPECT_TRUE(same_bits(after, hits_of(bvh, rays)));
+    ASSERT_TRUE(bvh.update_borrowed(shape.positions));
+    EXPECT_TRUE(same_bits(before, hits_of(bvh, rays)));
+    // A range after borrowed vertices, and after copies of them.
+    ASSERT_TRUE(bvh.update(moved, {0, uint32_t(moved.size())}));
+    EXPECT_TRUE(same_bits(after, hits_of(bvh, rays)));
+  }
+}
+
+TEST(Update, HybridMakesOnlyWhatRaysReach) {
+  const auto shape = test::sphere(6);
+  Bvh bvh = *build(shape.positions, shape.triangles);
+  bvh.set_update_mode(UpdateMode::hybrid);
+  ASSERT_TRUE(bvh.update(test::twisted(shape.positions, 1.0f)));
+  EXPECT_EQ(bvh.treelets_made(), 0u);
+  EXPECT_TRUE(bvh.any_hit({.origin = vec3(0.1f, 0.2f, 9.0f)}));
+  EXPECT_GE(bvh.treelets_made(), 1u);
+  EXPECT_LT(bvh.treelets_made(), 12u);
+  EXPECT_GT(bvh.treelet_count(), 500u);
+}
+
+TEST(Update, CostRatioTellsHowMuchWorseTheTreeIs) {
+  const auto shape = test::sphere(6);
+  Bvh bvh = *build(shape.positions, shape.triangles);
+  EXPECT_EQ(bvh.cost_ratio(), 1.0);
+  for (const UpdateMode mode : {UpdateMode::full, UpdateMode::hybrid}) {
+    bvh.set_update_mode(mode);
+    std::vector<vec3> larger = shape.positions;
+    for (vec3& p : larger) p *= 7.0f;
+    ASSERT_TRUE(bvh.update(larger));
+    EXPECT_NEAR(bvh.cost_ratio(), 1.0, 1e-5);
+    ASSERT_TRUE(bvh.update(test::twisted(shape.positions, 8.0f)));
+    EXPECT_GT(bvh.cost_ratio(), 1.3);
+  }
+}
+
 }  // namespace
 }  // namespace sinew

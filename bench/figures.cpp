@@ -1,0 +1,83 @@
+#include "bench/figures.h"
+
+#include <embree3/rtcore.h>
+
+#include <array>
+#include <fstream>
+
+#include "sinew/base/check.h"
+#include "sinew/base/parallel.h"
+#include "sinew/bvh/traverse.h"
+
+namespace sinew::bench {
+namespace {
+
+constexpr std::optional<double> kNone = std::nullopt;
+
+constexpr std::array kFigures = {
+    FigureInfo{"refit_bodies", "1", false, 0.4, 0.8},
+    FigureInfo{"picks_100", "1", true, 10.0, 5.0},
+    FigureInfo{"picks_10000", "1", true, 2.0, 1.3},
+    FigureInfo{"herd_frame", "1", true, 5.0, 3.0},
+    FigureInfo{"visible_30", "1", true, 1.5, 1.2},
+    FigureInfo{"auto_regret", "1", false, 1.05, 1.10},
+    FigureInfo{"bytes_per_triangle", "byte", false, 70.0, 110.0},
+    FigureInfo{"single_ray_robust", "1", true, 1.25, 1.0},
+    FigureInfo{"single_ray_fast", "1", true, 1.15, 0.95},
+    FigureInfo{"packet_speed", "1", true, 1.1, 1.0},
+    FigureInfo{"packet_speed_fast", "1", true, kNone, kNone},
+    FigureInfo{"refit_ratio", "1", false, kNone, kNone},
+};
+
+std::string processor() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+const FigureInfo* find_figure(std::string_view name) {
+  for (const FigureInfo& info : kFigures) {
+    if (info.name == name) return &info;
+  }
+  return nullptr;
+}
+
+nlohmann::json figure(const char* name, double value, const std::string& note) {
+  const FigureInfo* const info = find_figure(name);
+  SINEW_CHECK(info != nullptr);
+  nlohmann::json out = {{"name", name},
+                        {"value", value},
+                        {"unit", info->unit},
+                        {"better", info->more_is_better ? "more" : "less"},
+                        {"note", note}};
+  if (info->goal) out["goal"] = *info->goal;
+  if (info->floor) out["floor"] = *info->floor;
+  return out;
+}
+
+Verdict verdict(const nlohmann::json& figure) {
+  if (!figure.contains("goal")) return Verdict::none;
+  const double sign = figure["better"] == "more" ? 1.0 : -1.0;
+  const double value = sign * figure["value"].get<double>();
+  if (value >= sign * figure["goal"].get<double>()) return Verdict::goal;
+  return value >= sign * figure["floor"].get<double>() ? Verdict::floor : Verdict::missed;
+}
+
+const char* name_of(Verdict verdict) {
+  constexpr const char* kNames[] = {"goal met", "floor met", "missed", ""};
+  return kNames[static_cast<size_t>(verdict)];
+}
+
+nlohmann::json report_head(const char* bench) {
+  return {{"bench", bench},
+          {"version", SINEW_VERSION},
+          {"machine",
+           {{"processor", processor()}, {"threads", thread_count()}, {"kernels", kernel_target()}}},
+          {"opponents", {"Embree " RTC_VERSION_STRING}}};
+}
+
+}  // namespace sinew::bench

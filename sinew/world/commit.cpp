@@ -1,0 +1,276 @@
+// Brings the objects of a frame to their poses, each by its update mode, and builds the top tree.
+#include <chrono>
+#include <cstring>
+
+#include "sinew/base/parallel.h"
+#include "sinew/bvh/top.h"
+#include "sinew/bvh/update.h"
+#include "sinew/world/world_impl.h"
+
+namespace sinew {
+namespace {
+
+// Upper trees with more treelets are made by all threads in the update rather than by the first
+// ray's thread.
+constexpr size_t kEagerTreelets = 4096;
+
+template <class T>
+bool same_values(std::span<const T> a, std::span<const T> b) {
+  return a.size() == b.size() &&
+         (a.empty() || std::memcmp(a.data(), b.data(), a.size_bytes()) == 0);
+}
+
+// Whether the pose gives the vertices that are there already.
+bool same_shape(const Motion& motion, const PosedObject& posed, const Pose& pose) {
+  if (!posed.shaped || std::holds_alternative<FreeMotion>(motion)) return false;
+  return same_values<Affine>(posed.joints, pose.joints) &&
+         same_values<float>(posed.weights, pose.weights) && posed.pose.key == pose.key &&
+         posed.pose.key_fraction == pose.key_fraction;
+}
+
+// Whether only a part of the vertices is new. After a pose with vertices that were not finite they
+// are all looked at again.
+bool is_part(const Body& body, const PosedObject& posed, const Pose& pose) {
+  return std::holds_alternative<FreeMotion>(body.motion) && posed.shaped && posed.finite &&
+         pose.changed.count < body.layout.vertex_count;
+}
+
+void copy_pose(const Motion& motion, const Pose& from, PosedObject& to) {
+  to.joints.assign(from.joints.begin(), from.joints.end());
+  to.weights.assign(from.weights.begin(), from.weights.end());
+  to.pose = from;
+  to.pose.joints = to.joints;
+  to.pose.weights = to.weights;
+  to.pose.positions = {};
+  to.positions.clear();
+  if (!std::holds_alternative<FreeMotion>(motion)) return;
+  all_positions(motion, from, to.positions);
+  to.pose.positions = to.positions;
+}
+
+// Widens a box by the rounding of rays that are carried into the object's space.
+Box padded(const PosedObject& posed, const Box& box) {
+  if (posed.in_place) return box;
+  constexpr float kGamma = 16.0f * 5.97e-8f;
+  const vec3 pad = kGamma * glm::max(glm::abs(box.min), glm::abs(box.max));
+  return {box.min - pad, box.max + pad};
+}
+
+bool is_shown(const Object& object, const PosedObject& posed) {
+  return object.alive && object.desc.visible && posed.present && posed.finite &&
+         !posed.box.empty() && is_finite(posed.box);
+}
+
+Instance instance_of(const Object& object, ObjectId id, const Body& body, PosedObject& posed) {
+  Bvh8& bvh = body.deforms ? posed.bvh : const_cast<Bvh8&>(body.bvh);
+  const bool visits = body.deforms && posed.mode != UpdateMode::full;
+  return {.nodes = bvh.nodes.data(),
+          .packets = bvh.packets.data(),
+          .primitives = body.layout.packet_primitives.data(),
+          .root = bvh.root,
+          .body = visits ? &posed.visited : nullptr,
+          .to_object = posed.to_object,
+          .object = id,
+          .mask = object.desc.mask,
+          .in_place = posed.in_place,
+          .filtered = object.desc.filtered,
+          .single_sided = object.desc.single_sided,
+          .placement = posed.placement};
+}
+
+}  // namespace
+
+// Derived boxes if `lazy`, else the vertices and what the mode makes of them.
+void World::Impl::update_shape(const Body& body, PosedObject& posed) {
+  VisitedBody& visited = posed.visited;
+  visited.layout = &body.layout;
+  visited.bvh = &posed.bvh;
+  visited.motion = &body.motion;
+  visited.pose = &posed.pose;
+  visited.clusters = &body.clusters;
+  visited.made.store(0, std::memory_order_relaxed);
+  visited.upper_work.reset();
+  visited.make_work.reset();
+  posed.work.reset();
+  visited.upper.store(kUnmade, std::memory_order_relaxed);
+  posed.finite = true;
+  posed.shaped = true;
+  if (posed.mode == UpdateMode::lazy) {
+    visited.positions = nullptr;
+    reserve(body.layout, posed.bvh);
+    posed.local_box = derive_body_bounds(body.clusters, body.motion, posed.pose);
+    posed.finite = posed.local_box.empty() || is_finite(posed.local_box);
+    const bool eager = body.layout.treelets.size() > kEagerTreelets;
+    if (posed.finite && (eager || top_tree == TopTree::treelets))
+      visit_upper(visited, Threads::all);
+    return;
+  }
+  if (posed.positions.empty()) all_positions(body.motion, posed.pose, posed.positions, &posed.work);
+  visited.positions = posed.positions.data();
+  posed.finite = posed.mode == UpdateMode::full
+                     ? update_full(body.layout, posed.positions, posed.bvh, &posed.work)
+                     : update_hybrid(body.layout, posed.positions, posed.bvh, &posed.work);
+  posed.local_box = posed.bvh.box;
+  visited.upper.store(posed.bvh.root, std::memory_order_release);
+}
+
+// Of given vertices, those that differ from the pose before.
+void World::Impl::update_part(const Body& body, const Pose& pose, PosedObject& posed) {
+  const auto from = pose.positions.begin() + pose.changed.first;
+  std::copy_n(from, pose.changed.count, posed.positions.begin() + pose.changed.first);
+  if (posed.way.first.empty()) posed.way = find_way_up(body.layout);
+  posed.finite &= update_local(body.layout, posed.positions, pose.changed, posed.way, posed.bvh);
+  posed.local_box = posed.bvh.box;
+  posed.visited.upper.store(posed.bvh.root, std::memory_order_release);
+}
+
+// What became of the object's last pose, if it had one that rays were traced in.
+std::optional<UpdateOutcome> World::Impl::outcome(const Body& body, const PosedObject& last) const {
+  const WorldFrame& frame = now();
+  const uint64_t rays = frame.rays.load(std::memory_order_relaxed);
+  UpdateOutcome out;
+  out.mode = last.mode;
+  out.treelets = static_cast<double>(body.layout.treelets.size());
+  out.made = last.visited.made.load(std::memory_order_relaxed);
+  if (!last.shaped || (rays == 0 && out.made == 0.0)) return std::nullopt;
+  out.rays = static_cast<double>(rays);
+  out.ray_share = out.made / std::max(frame.made, 1.0);  // as its treelets are of all that are made
+  out.update_ns = last.mode == UpdateMode::lazy ? last.visited.upper_work.ns() : last.work.ns();
+  out.make_ns = last.visited.make_work.ns();
+  return out;
+}
+
+UpdateMode World::Impl::choose(ObjectId id) {
+  Object& object = objects[id];
+  const Body& body = bodies[object.body];
+  const UpdateMode thrifty = body.derivable ? UpdateMode::lazy : UpdateMode::hybrid;
+  if (mode != UpdateMode::automatic) return mode == UpdateMode::lazy ? thrifty : mode;
+  return choose_mode(body.derivable, outcome(body, now().objects[id]), object.history);
+}
+
+// `other` is the frame that had the object's last pose, should the caller have forgotten it.
+void World::Impl::update_object(WorldFrame& frame, const WorldFrame& other, ObjectId id) {
+  const Object& object = objects[id];
+  const Body& body = bodies[object.body];
+  PosedObject& posed = frame.objects[id];
+  const Pose& pose = object.fresh ? object.pose : other.objects[id].pose;
+  const bool is_next = posed.version + 1 == object.version;
+  posed.version = object.version;
+  posed.placement = pose.placement;
+  posed.present = pose.present && !is_singular(pose.placement);
+  posed.box = Box();
+  posed.changed = false;
+  if (!posed.present) {
+    posed.pose = Pose();
+    posed.pose.placement = pose.placement;
+    posed.pose.present = pose.present;
+    posed.shaped = false;
+    return;
+  }
+  posed.in_place = posed.placement == identity_affine();
+  posed.to_object = posed.in_place ? identity_affine() : inverse_affine(posed.placement);
+  posed.changed = body.deforms && !same_shape(body.motion, posed, pose);
+  if (is_next && is_part(body, posed, pose)) {
+    update_part(body, pose, posed);
+  } else if (posed.changed) {
+    posed.mode = choose(id);
+    copy_pose(body.motion, pose, posed);
+    update_shape(body, posed);
+  }
+  posed.pose.placement = pose.placement;
+  posed.pose.present = true;
+  const Box& local = body.deforms ? posed.local_box : body.bvh.box;
+  posed.box = posed.in_place ? local : transform_box(posed.placement, local);
+}
+
+void World::Impl::update(uint32_t index) {
+  const auto start = std::chrono::steady_clock::now();
+  WorldFrame& frame = frames[index];
+  const WorldFrame& other = frames[1 - index];
+  SINEW_DCHECK(frame.queries.load() == 0);  // an update overlaps a query
+  frame.stats = {};
+  frame.moved.clear();
+  for (ObjectId id = 0; id < objects.size(); ++id) {
+    if (!objects[id].alive || frame.objects[id].version == objects[id].version) continue;
+    frame.moved.push_back(id);
+  }
+  if (mode == UpdateMode::automatic) count_made(frames[shown]);
+  parallel_for(frame.moved.size(), 1, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) update_object(frame, other, frame.moved[i]);
+  });
+  count_updates(frame);
+  build_top_tree(frame);
+  for (Object& object : objects) object.fresh = false;
+  frame.rays.store(0, std::memory_order_relaxed);
+  frame.stats.update_ms =
+      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+}
+
+void World::Impl::count_made(WorldFrame& frame) const {
+  frame.made = 0.0;
+  for (const Instance& instance : frame.instances) {
+    frame.made += frame.objects[instance.object].visited.made.load(std::memory_order_relaxed);
+  }
+}
+
+void World::Impl::count_updates(WorldFrame& frame) const {
+  UpdateStats& stats = frame.stats;
+  for (const ObjectId id : frame.moved) {
+    const PosedObject& posed = frame.objects[id];
+    if (!posed.present || !bodies[objects[id].body].deforms) continue;
+    if (!posed.changed) {
+      ++stats.unchanged;
+      continue;
+    }
+    ++(posed.mode == UpdateMode::full     ? stats.full
+       : posed.mode == UpdateMode::hybrid ? stats.hybrid
+                                          : stats.lazy);
+    stats.triangles_updated += bodies[objects[id].body].triangles.size();
+  }
+}
+
+void World::Impl::build_top_tree(WorldFrame& frame) {
+  frame.instances.clear();
+  frame.boxes.clear();
+  frame.leaves.clear();
+  frame.box = Box();
+  for (ObjectId id = 0; id < objects.size(); ++id) {
+    PosedObject& posed = frame.objects[id];
+    const Object& object = objects[id];
+    if (object.alive && posed.present && !posed.finite) ++frame.stats.objects_skipped;
+    if (!is_shown(object, posed)) continue;
+    const Body& body = bodies[object.body];
+    const auto index = static_cast<uint32_t>(frame.instances.size());
+    frame.instances.push_back(instance_of(object, id, body, posed));
+    frame.box.extend(padded(posed, posed.box));
+    if (top_tree == TopTree::objects || !body.deforms || body.layout.upper_nodes == 0) {
+      frame.boxes.push_back(padded(posed, posed.box));
+      frame.leaves.push_back({index});
+      continue;
+    }
+    for (const Treelet& treelet : body.layout.treelets) {
+      const Node8& parent = posed.bvh.nodes[treelet.parent_node];
+      const Box local = lane_box(parent, treelet.parent_lane);
+      if (local.empty()) continue;
+      const Box box = posed.in_place ? local : transform_box(posed.placement, local);
+      frame.boxes.push_back(padded(posed, box));
+      frame.leaves.push_back({index, parent.child[treelet.parent_lane]});
+    }
+  }
+  if (top_tree == TopTree::objects) frame.leaves.clear();  // leaf i is instance i
+  build_top(frame.boxes, frame.top_scratch, frame.top);
+  frame.stats.objects_present = static_cast<uint32_t>(frame.instances.size());
+}
+
+void World::commit() {
+  impl_->update(impl_->shown);
+}
+void World::stage() {
+  impl_->update(1 - impl_->shown);
+}
+void World::flip() {
+  SINEW_DCHECK(impl_->now().queries.load() == 0);
+  impl_->shown = 1 - impl_->shown;
+}
+
+}  // namespace sinew

@@ -1,0 +1,101 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "app/program.h"
+
+namespace sinew {
+namespace {
+
+#ifdef SINEW_HAVE_EMBREE
+#define SINEW_BENCH_OR_SKIP() (void)0
+#else
+#define SINEW_BENCH_OR_SKIP() GTEST_SKIP() << "built without Embree"
+#endif
+
+void expect_figures(const nlohmann::json& report, const std::vector<std::string>& names) {
+  std::vector<std::string> found;
+  for (const auto& figure : report["figures"]) {
+    found.push_back(figure["name"]);
+    EXPECT_TRUE(std::isfinite(figure["value"].get<double>())) << figure;
+    EXPECT_GT(figure["value"].get<double>(), 0.0) << figure;
+  }
+  for (const std::string& name : names) {
+    EXPECT_EQ(std::ranges::count(found, name), 1) << name;
+  }
+}
+
+void expect_page(const std::string& page, const std::vector<std::string>& figures) {
+  EXPECT_TRUE(page.starts_with("<!DOCTYPE html>"));
+  EXPECT_TRUE(page.ends_with("</html>\n"));
+  EXPECT_NE(page.find("<svg"), std::string::npos);
+  EXPECT_EQ(page.find("<script"), std::string::npos);
+  EXPECT_EQ(page.find(" src="), std::string::npos);
+  for (const std::string& name : figures) {
+    EXPECT_NE(page.find("<code>" + name + "</code>"), std::string::npos) << name;
+  }
+}
+
+TEST(Bench, UpdateReportsItsFigures) {
+  SINEW_BENCH_OR_SKIP();
+  TemporaryFolder folder;
+  const std::string bodies = "study:bodies,subdivisions=2,bodies=2";
+  const Outcome outcome = run_sinew({"bench",     "update",
+                                     "--bodies",  bodies,
+                                     "--scene",   bodies,
+                                     "--herd",    "study:herd,count=1,triangles=2000,terrain=1000",
+                                     "--width",   "48",
+                                     "--height",  "32",
+                                     "--rays",    "100",
+                                     "--repeats", "1",
+                                     "--json",    folder.path("u.json"),
+                                     "--report",  folder.path("u.html")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::vector<std::string> figures = {"refit_bodies",      "picks_100",  "picks_10000",
+                                            "herd_frame",        "visible_30", "auto_regret",
+                                            "bytes_per_triangle"};
+  const auto report = nlohmann::json::parse(slurp(folder.path("u.json")));
+  EXPECT_EQ(report["bench"], "update");
+  expect_figures(report, figures);
+  expect_page(slurp(folder.path("u.html")), figures);
+  for (const std::string& name : figures) {
+    EXPECT_NE(outcome.out.find(name), std::string::npos) << name;
+  }
+  // All engines that drew the same frame saw the same, but for rounding.
+  double hits = 0.0;
+  for (const auto& row : report["rows"]) {
+    if (row["table"] != "herd_frame") continue;
+    if (hits == 0.0) hits = row["hits"];
+    EXPECT_NEAR(row["hits"], hits, 2.0) << row;
+  }
+  EXPECT_GT(hits, 100.0);
+}
+
+TEST(Bench, TraceReportsItsFigures) {
+  SINEW_BENCH_OR_SKIP();
+  TemporaryFolder folder;
+  const Outcome outcome = run_sinew(
+      {"bench", "trace", "--scene", "study:bodies,subdivisions=2,bodies=1", "--width", "48",
+       "--height", "32", "--repeats", "1", "--json", "-", "--report", folder.path("t.html")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto report = nlohmann::json::parse(outcome.out);
+  expect_figures(report, {"single_ray_robust", "packet_speed", "refit_ratio"});
+  expect_page(slurp(folder.path("t.html")), {"single_ray_robust", "packet_speed"});
+  for (const auto& row : report["rows"]) {
+    if (row["table"] != "trees") continue;
+    EXPECT_LT(row["primary_hits_differ"], 0.01) << row;
+  }
+}
+
+TEST(Bench, RefusesPartsThatAreNone) {
+  SINEW_BENCH_OR_SKIP();
+  const Outcome outcome = run_sinew({"bench", "update", "--only", "picks_100,tables"});
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_NE(outcome.err.find("tables"), std::string::npos) << outcome.err;
+  EXPECT_NE(outcome.err.find("picks_10000"), std::string::npos) << outcome.err;
+}
+
+}  // namespace
+}  // namespace sinew
