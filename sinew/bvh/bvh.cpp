@@ -98,7 +98,9 @@ Instance Bvh::Impl::instance() const {
   const PosedBvh& posed = poses[shown];
   Instance instance;
   instance.nodes = posed.bvh.nodes.data();
-  instance.packets = posed.bvh.packets.data();
+  if (!posed.bvh.by_links) instance.packets = posed.bvh.packets.data();
+  instance.corners = layout.packet_corners.data();
+  instance.vertices = posed.bvh.vertices.data();
   instance.primitives = layout.packet_primitives.data();
   instance.root = posed.bvh.root;
   // What rays make is no change of the body, so queries are const.

@@ -190,11 +190,13 @@ class GroupTraversal {
     if (are_few(mask)) {
       return visit_leaf_singly(instance, first, end, side, group, mask);
     }
+    TrianglePacket room;
     for (uint32_t p = first; p != end; ++p) {
       const PacketPrimitives& primitives = instance.primitives[p];
+      const TrianglePacket& packet = packet_of(instance, p, room);
       for (uint32_t lane = 0; lane < kPacket; ++lane) {
         if (primitives[lane] == kNoPrimitive) break;
-        test_triangle(instance.packets[p], lane, group, mask, side,
+        test_triangle(packet, lane, group, mask, side,
                       [&](size_t i, uint32_t bits, auto t, auto v, auto w) {
                         take_hits(instance, primitives[lane], group, i, bits, t, v, w);
                       });
@@ -207,12 +209,13 @@ class GroupTraversal {
   HWY_INLINE void visit_leaf_singly(const Instance& instance, uint32_t first, uint32_t end,
                                     float side, RayGroup& group, uint64_t mask) {
     bool closer = false;
+    TrianglePacket room;
     for (; mask != 0; mask &= mask - 1) {
       const auto k = static_cast<uint32_t>(__builtin_ctzll(mask));
       const GroupRay ray(group, k);
       for (uint32_t p = first; p != end; ++p) {
         PacketHits hits;
-        test_packet(instance.packets[p], ray, group.t_min[k], group.t[k], side, hits);
+        test_packet(packet_of(instance, p, room), ray, group.t_min[k], group.t[k], side, hits);
         for (uint32_t bits = hits.bits; bits != 0; bits &= bits - 1) {
           const int lane = __builtin_ctz(bits);
           const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], instance.primitives[p][lane],

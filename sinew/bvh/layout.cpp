@@ -104,12 +104,13 @@ class LayoutMaker {
   }
 
   void make_treelet(Treelet& treelet) {
-    const Task root = treelet_roots_[&treelet - layout_.treelets.data()];
+    const auto index = static_cast<uint32_t>(&treelet - layout_.treelets.data());
+    const Task root = treelet_roots_[index];
     treelet.first_node = static_cast<uint32_t>(layout_.children.size());
     treelet.first_packet = static_cast<uint32_t>(layout_.packet_corners.size());
     treelet.first_vertex = static_cast<uint32_t>(layout_.vertices.size());
     if (is_leaf(root.tree_node)) {
-      add_leaf(root.tree_node, treelet.first_vertex);
+      add_leaf(root.tree_node, index);
       layout_.depth = std::max(layout_.depth, root.depth);
     } else {
       std::vector<Task> queue = {{root.tree_node, new_node(), root.depth}};
@@ -121,7 +122,7 @@ class LayoutMaker {
         for (uint32_t lane = 0; lane < children.count; ++lane) {
           uint32_t word;
           if (is_leaf(children.node[lane])) {
-            word = add_leaf(children.node[lane], treelet.first_vertex);
+            word = add_leaf(children.node[lane], index);
           } else {
             word = inner_word(new_node());
             queue.push_back({children.node[lane], word, task.depth + 1});
@@ -160,11 +161,13 @@ class LayoutMaker {
     return number_[vertex];
   }
 
-  uint32_t add_leaf(uint32_t node, uint32_t first_vertex) {
+  uint32_t add_leaf(uint32_t node, uint32_t treelet) {
+    const uint32_t first_vertex = layout_.treelets[treelet].first_vertex;
     const TreeNode& leaf = tree_.nodes[node];
     const auto first = static_cast<uint32_t>(layout_.packet_corners.size());
     for (uint32_t i = 0; i < leaf.count(); i += kPacket) {
       PacketCorners corners;
+      corners.place = place_of(layout_, treelet);
       PacketPrimitives primitives;
       for (uint32_t lane = 0; lane < kPacket; ++lane) {
         const bool used = i + lane < leaf.count();
@@ -216,7 +219,7 @@ size_t bytes_of(const Bvh8Layout& layout) {
 
 size_t bytes_of(const Bvh8& bvh) {
   return bvh.nodes.size() * sizeof(Node8) + bvh.packets.size() * sizeof(TrianglePacket) +
-         bvh.links.size() * sizeof(uint32_t);
+         bvh.vertices.size() * sizeof(vec3) + bvh.links.size() * sizeof(uint32_t);
 }
 
 Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,

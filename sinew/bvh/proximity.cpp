@@ -78,7 +78,7 @@ class Walker {
     }
     if (is_inner_word(word)) return open(instance.nodes[word], item.instance, &instance);
     for (uint32_t p = leaf_first(word); p < leaf_first(word) + leaf_packets(word); ++p) {
-      visit_packet(instance, instance.packets[p], p);
+      visit_corners(instance, p);
     }
   }
 
@@ -99,6 +99,19 @@ class Walker {
   static Box in_world(const Box& box, const Instance* instance) {
     return instance == nullptr || instance->in_place ? box
                                                      : transform_box(instance->placement, box);
+  }
+
+  void visit_corners(const Instance& instance, uint32_t index) {
+    if (instance.packets != nullptr) return visit_packet(instance, instance.packets[index], index);
+    const PacketCorners& from = instance.corners[index];
+    TrianglePacket packet;
+    for (uint32_t lane = 0; lane < kPacket; ++lane) {
+      for (int c = 0; c < 3; ++c) {
+        const vec3 at = instance.vertices[from.place + from.v[lane][c]];
+        for (int axis = 0; axis < 3; ++axis) packet.v[c][axis][lane] = at[axis];
+      }
+    }
+    visit_packet(instance, packet, index);
   }
 
   void visit_packet(const Instance& instance, const TrianglePacket& packet, uint32_t index) {

@@ -10,6 +10,7 @@
 #include <thread>
 #include <type_traits>
 
+#include "sinew/bvh/pack-inl.h"
 #include "sinew/bvh/ray_tests-inl.h"
 #include "sinew/bvh/traverse.h"
 #include "sinew/bvh/visit.h"
@@ -136,6 +137,15 @@ HWY_INLINE float side_of(const Instance& instance, const QueryOptions& options) 
 // Whether the query's filter is to be asked about hits of the instance.
 HWY_INLINE bool is_asked(const Instance& instance, const QueryOptions& options) {
   return (instance.filtered || options.filter.of_all) && options.filter.accept != nullptr;
+}
+
+// A packet of the instance, packed into `room` if need be.
+HWY_INLINE const TrianglePacket& packet_of(const Instance& instance, uint32_t index,
+                                           TrianglePacket& room) {
+  if (instance.packets != nullptr) return instance.packets[index];
+  const PacketCorners& corners = instance.corners[index];
+  pack_triangles(corners, instance.vertices + corners.place, room);
+  return room;
 }
 
 // What a leaf word of the top tree means.
@@ -267,8 +277,9 @@ class Traversal {
 
   HWY_INLINE bool visit_leaf(const Instance& instance, uint32_t word, const Setup& setup) {
     const uint32_t first = leaf_first(word), end = first + leaf_packets(word);
+    TrianglePacket room;
     for (uint32_t p = first; p != end; ++p) {
-      if (visit_packet(instance, instance.packets[p], p, setup)) return true;
+      if (visit_packet(instance, packet_of(instance, p, room), p, setup)) return true;
     }
     return false;
   }

@@ -19,7 +19,9 @@ struct VisitedBody;  // visit.h
 // One object in the world: views only.
 struct Instance {
   const Node8* nodes = nullptr;
-  const TrianglePacket* packets = nullptr;
+  const TrianglePacket* packets = nullptr;       // null: packed from corners when tested
+  const PacketCorners* corners = nullptr;        // of every packet
+  const vec3* vertices = nullptr;                // that they refer to
   const PacketPrimitives* primitives = nullptr;  // of every packet
   uint32_t root = kNoChild;                      // child word; unused if there is a `body`
   VisitedBody* body = nullptr;           // makes what a ray visits first; null: everything is made

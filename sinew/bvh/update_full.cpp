@@ -16,9 +16,7 @@ constexpr uint32_t kTreeletsPerTask = 64;
 constexpr const char* kModeNames[] = {"auto", "full", "hybrid", "lazy"};
 
 bool fits(const Bvh8Layout& layout, const Bvh8& bvh) {
-  return bvh.nodes.size() == layout.children.size() &&
-         bvh.packets.size() == layout.packet_corners.size() &&
-         bvh.links.size() == layout.treelets.size();
+  return bvh.nodes.size() == layout.children.size() && bvh.links.size() == layout.treelets.size();
 }
 
 // Sizes the buffers and writes the child words of the upper tree, which hang treelets either by
@@ -27,10 +25,17 @@ void prepare(const Bvh8Layout& layout, bool by_links, Bvh8& out) {
   const bool is_new = !fits(layout, out);
   if (is_new) {
     out.nodes = Buffer<Node8>(layout.children.size());
-    out.packets = Buffer<TrianglePacket>(layout.packet_corners.size());
+    out.packets = {};
+    out.vertices = {};
     out.links.assign(layout.treelets.size(), kUnmade);
   }
   out.box = Box();
+  if (by_links && out.vertices.size() == 0) {
+    out.vertices = Buffer<vec3>(layout.vertices.size() + layout.treelets.size());
+  }
+  if (!by_links && out.packets.size() == 0) {
+    out.packets = Buffer<TrianglePacket>(layout.packet_corners.size());
+  }
   if (!is_new && out.by_links == by_links) return;
   out.by_links = by_links;
   const auto word_of = [&](uint32_t word) {

@@ -11,6 +11,7 @@
 // clang-format on
 
 #include "sinew/bvh/update_kernels.h"
+#include "sinew/bvh/pack-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sinew {
@@ -70,28 +71,9 @@ HWY_INLINE void gather(const UpdateJob& job, const Treelet& treelet, TreeletVert
   }
 }
 
-HWY_INLINE V4 load(const TreeletVertices& at, uint32_t vertex) {
-  return hn::LoadU(D4(), &at[vertex].x);
-}
-
-// Packs four triangles and extends the box by them.
-HWY_INLINE void pack(const PacketCorners& corners, const TreeletVertices& at, TrianglePacket& out,
-                     RowBox& box) {
-  const D4 d;
-  for (int corner = 0; corner < 3; ++corner) {
-    const V4 a = load(at, corners.v[0][corner]);
-    const V4 b = load(at, corners.v[1][corner]);
-    const V4 c = load(at, corners.v[2][corner]);
-    const V4 e = load(at, corners.v[3][corner]);
-    box.extend(a);
-    box.extend(b);
-    box.extend(c);
-    box.extend(e);
-    const V4 ac_low = hn::InterleaveLower(d, a, c), ac_high = hn::InterleaveUpper(d, a, c);
-    const V4 be_low = hn::InterleaveLower(d, b, e), be_high = hn::InterleaveUpper(d, b, e);
-    hn::Store(hn::InterleaveLower(d, ac_low, be_low), d, out.v[corner][0]);
-    hn::Store(hn::InterleaveUpper(d, ac_low, be_low), d, out.v[corner][1]);
-    hn::Store(hn::InterleaveLower(d, ac_high, be_high), d, out.v[corner][2]);
+HWY_INLINE void extend(const PacketCorners& corners, const vec3* at, RowBox& box) {
+  for (const auto& lane : corners.v) {
+    for (const uint8_t corner : lane) box.extend(hn::LoadU(D4(), &at[corner].x));
   }
 }
 
@@ -122,17 +104,21 @@ HWY_INLINE RowBox children_box(const Node8& node) {
   return box;
 }
 
-HWY_INLINE RowBox pack_leaf(const UpdateJob& job, const TreeletVertices& at, uint32_t word) {
+template <bool kPack>
+HWY_INLINE RowBox make_leaf(const UpdateJob& job, const vec3* at, uint32_t word) {
   RowBox box;
   const uint32_t first = leaf_first(word);
   for (uint32_t p = first; p < first + leaf_packets(word); ++p) {
-    pack(job.layout->packet_corners[p], at, job.packets[p], box);
+    const PacketCorners& corners = job.layout->packet_corners[p];
+    if (kPack) pack_triangles(corners, at, job.packets[p]);
+    extend(corners, at, box);
   }
   return box;
 }
 
-HWY_INLINE RowBox make(const UpdateJob& job, const Treelet& treelet, const TreeletVertices& at) {
-  if (treelet.node_count == 0) return pack_leaf(job, at, made_word(treelet));
+template <bool kPack>
+HWY_INLINE RowBox make(const UpdateJob& job, const Treelet& treelet, const vec3* at) {
+  if (treelet.node_count == 0) return make_leaf<kPack>(job, at, made_word(treelet));
   // Children stand after their parents, so backwards is bottom-up.
   for (uint32_t n = treelet.first_node + treelet.node_count; n-- > treelet.first_node;) {
     Node8& node = job.nodes[n];
@@ -142,7 +128,7 @@ HWY_INLINE RowBox make(const UpdateJob& job, const Treelet& treelet, const Treel
       node.unused[lane] = 0;
       RowBox box;
       if (word != kNoChild) {
-        box = is_leaf_word(word) ? pack_leaf(job, at, word) : children_box(job.nodes[word]);
+        box = is_leaf_word(word) ? make_leaf<kPack>(job, at, word) : children_box(job.nodes[word]);
       }
       store_lane(box, node, lane);
     }
@@ -164,7 +150,7 @@ bool make_treelets_kernel(const UpdateJob& job, uint32_t begin, uint32_t end, Bo
   for (uint32_t t = begin; t < end; ++t) {
     const Treelet& treelet = job.layout->treelets[t];
     gather(job, treelet, at, finite);
-    const RowBox box = make(job, treelet, at);
+    const RowBox box = make<true>(job, treelet, at.data());
     if (job.layout->upper_nodes > 0) {
       store_lane(box, job.nodes[treelet.parent_node], treelet.parent_lane);
     } else {
@@ -174,16 +160,15 @@ bool make_treelets_kernel(const UpdateJob& job, uint32_t begin, uint32_t end, Bo
   return finite.holds();
 }
 
-Box make_treelet_kernel(const UpdateJob& job, uint32_t treelet, const TreeletVertices& at) {
-  return to_box(make(job, job.layout->treelets[treelet], at));
+void make_treelet_kernel(const UpdateJob& job, uint32_t treelet, const vec3* at) {
+  make<false>(job, job.layout->treelets[treelet], at);
 }
 
 void pack_treelet_kernel(const Bvh8Layout& layout, uint32_t treelet, const TreeletVertices& at,
                          TrianglePacket* out) {
   const Treelet& t = layout.treelets[treelet];
-  RowBox box;
   for (uint32_t p = 0; p < t.packet_count; ++p) {
-    pack(layout.packet_corners[t.first_packet + p], at, out[p], box);
+    pack_triangles(layout.packet_corners[t.first_packet + p], at.data(), out[p]);
   }
 }
 
@@ -228,8 +213,8 @@ bool make_treelets(const UpdateJob& job, uint32_t begin, uint32_t end, Box& root
   return HWY_DYNAMIC_DISPATCH(make_treelets_kernel)(job, begin, end, root_box);
 }
 
-Box make_treelet(const UpdateJob& job, uint32_t treelet, const TreeletVertices& at) {
-  return HWY_DYNAMIC_DISPATCH(make_treelet_kernel)(job, treelet, at);
+void make_treelet(const UpdateJob& job, uint32_t treelet, const vec3* at) {
+  HWY_DYNAMIC_DISPATCH(make_treelet_kernel)(job, treelet, at);
 }
 
 void pack_treelet(const Bvh8Layout& layout, uint32_t treelet, const TreeletVertices& at,

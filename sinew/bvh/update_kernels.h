@@ -13,7 +13,7 @@ struct UpdateJob {
   const Bvh8Layout* layout = nullptr;
   const vec3* positions = nullptr;  // of all the body's vertices; null in make_treelet()
   Node8* nodes = nullptr;
-  TrianglePacket* packets = nullptr;
+  TrianglePacket* packets = nullptr;  // null in make_treelet()
 };
 
 // Vertices are read four floats at a time, so a span that kernels read ends one float before its
@@ -25,9 +25,9 @@ using TreeletVertices = std::array<vec3, kMaxTreeletVertices + 1>;
 // whether all their vertices are finite.
 bool make_treelets(const UpdateJob& job, uint32_t begin, uint32_t end, Box& root_box);
 
-// Makes one treelet from the positions of its own vertices, in the order of Bvh8Layout::vertices.
-// The parent is left alone. Returns the treelet's box.
-Box make_treelet(const UpdateJob& job, uint32_t treelet, const TreeletVertices& at);
+// Makes the nodes of one treelet from the positions of its own vertices, in the order of
+// Bvh8Layout::vertices, and one place more whose value does not matter. The parent is left alone.
+void make_treelet(const UpdateJob& job, uint32_t treelet, const vec3* at);
 
 // Packs the treelet's triangles into `out`, one packet after another.
 void pack_treelet(const Bvh8Layout& layout, uint32_t treelet, const TreeletVertices& at,

@@ -5,12 +5,12 @@
 namespace sinew {
 namespace {
 
-void positions_of(const VisitedBody& body, uint32_t treelet, TreeletVertices& out) {
+void positions_of(const VisitedBody& body, uint32_t treelet, vec3* out) {
   const Treelet& t = body.layout->treelets[treelet];
   const std::span<const uint32_t> vertices(body.layout->vertices.data() + t.first_vertex,
                                            t.vertex_count);
   if (body.positions == nullptr) {
-    positions(*body.motion, *body.pose, vertices, {out.data(), vertices.size()});
+    positions(*body.motion, *body.pose, vertices, {out, vertices.size()});
   } else {
     for (size_t i = 0; i < vertices.size(); ++i) out[i] = body.positions[vertices[i]];
   }
@@ -46,10 +46,10 @@ uint32_t visit_treelet(VisitedBody& body, uint32_t treelet) {
   if (body.made.fetch_add(1, std::memory_order_relaxed) % kTimed == 0) {
     timed.emplace(body.make_work, kTimed);
   }
-  TreeletVertices at;
+  vec3* const at = body.bvh->vertices.data() + place_of(*body.layout, treelet);
   positions_of(body, treelet, at);
-  const UpdateJob job{body.layout, nullptr, body.bvh->nodes.data(), body.bvh->packets.data()};
-  make_treelet(job, treelet, at);
+  at[body.layout->treelets[treelet].vertex_count] = vec3(0.0f);
+  make_treelet({body.layout, nullptr, body.bvh->nodes.data(), nullptr}, treelet, at);
   word = made_word(body.layout->treelets[treelet]);
   link.store(word, std::memory_order_release);
   return word;
@@ -63,7 +63,7 @@ Box look_at_box(const VisitedBody& body, uint32_t treelet) {
 
 void look_at_packets(const VisitedBody& body, uint32_t treelet, TreeletPackets& out) {
   TreeletVertices at;
-  positions_of(body, treelet, at);
+  positions_of(body, treelet, at.data());
   pack_treelet(*body.layout, treelet, at, out.data());
 }
 

@@ -17,9 +17,11 @@ class Validator {
     if (positions_.size() != layout_.vertex_count) return "vertex counts differ";
     if (triangles_.size() != layout_.triangle_count) return "triangle counts differ";
     if (bvh_.nodes.size() != layout_.children.size()) return "node counts differ";
-    if (bvh_.packets.size() != layout_.packet_corners.size()) return "packet counts differ";
+    if (!bvh_.by_links && bvh_.packets.size() != layout_.packet_corners.size()) {
+      return "packet counts differ";
+    }
     seen_nodes_.assign(bvh_.nodes.size(), 0);
-    seen_packets_.assign(bvh_.packets.size(), 0);
+    seen_packets_.assign(layout_.packet_corners.size(), 0);
     seen_primitives_.assign(triangles_.size(), 0);
     check_treelets();
     if (!problem_.empty()) return problem_;
@@ -91,15 +93,24 @@ class Validator {
 
   void check_leaf(uint32_t word, const Box& box) {
     const uint32_t first = leaf_first(word), count = leaf_packets(word);
-    if (size_t{first} + count > bvh_.packets.size()) return report("a leaf is out of range");
+    if (size_t{first} + count > layout_.packet_corners.size())
+      return report("a leaf is out of range");
     for (uint32_t p = first; p < first + count; ++p) {
       if (seen_packets_[p]++) report("packet " + std::to_string(p) + " is in two leaves");
       for (uint32_t lane = 0; lane < kPacket; ++lane) check_lane(p, lane, box);
     }
   }
 
+  vec3 corner_of(uint32_t p, uint32_t lane, int corner) const {
+    if (bvh_.by_links) {
+      const PacketCorners& corners = layout_.packet_corners[p];
+      return bvh_.vertices[corners.place + corners.v[lane][corner]];
+    }
+    const auto& v = bvh_.packets[p].v[corner];
+    return vec3(v[0][lane], v[1][lane], v[2][lane]);
+  }
+
   void check_lane(uint32_t p, uint32_t lane, const Box& box) {
-    const TrianglePacket& packet = bvh_.packets[p];
     const uint32_t primitive = layout_.packet_primitives[p][lane];
     if (primitive == kNoPrimitive) {
       if (lane == 0) report("packet " + std::to_string(p) + " is empty");
@@ -114,8 +125,7 @@ class Validator {
       const uint32_t vertex = layout_.vertices[treelet_of_packet_[p]->first_vertex + number];
       if (vertex != triangles_[primitive][corner]) return report("a packet's vertices are wrong");
       const vec3 at = positions_[vertex];
-      const vec3 packed(packet.v[corner][0][lane], packet.v[corner][1][lane],
-                        packet.v[corner][2][lane]);
+      const vec3 packed = corner_of(p, lane, corner);
       if (packed != at) {
         return report("triangle " + std::to_string(primitive) + " is stale: its packed vertex " +
                       std::to_string(vertex) + " is not where the body has it");
@@ -131,7 +141,7 @@ class Validator {
     for (size_t t = 0; t < layout_.treelets.size(); ++t) {
       const Treelet& treelet = layout_.treelets[t];
       if (treelet.first_node + treelet.node_count > bvh_.nodes.size() ||
-          treelet.first_packet + treelet.packet_count > bvh_.packets.size() ||
+          treelet.first_packet + treelet.packet_count > layout_.packet_corners.size() ||
           treelet.packet_count == 0 ||
           treelet.first_vertex + treelet.vertex_count > layout_.vertices.size()) {
         return report("treelet " + std::to_string(t) + " is out of range");

@@ -131,8 +131,9 @@ inline uint32_t made_word(const Treelet& t) {
 // The corners of a packet's triangles, as numbers within their treelet's vertices.
 struct PacketCorners {
   uint8_t v[kPacket][3];  // [lane][corner]
+  uint32_t place = 0;     // of the treelet's vertices, see place_of()
 };
-static_assert(sizeof(PacketCorners) == 12);
+static_assert(sizeof(PacketCorners) == 16);
 using PacketPrimitives = std::array<uint32_t, kPacket>;  // kNoPrimitive: an unused lane
 
 // What stays the same while the body moves.
@@ -148,11 +149,20 @@ struct Bvh8Layout {
   uint32_t triangle_count = 0;
 };
 
+// Where the vertices of a treelet stand in Bvh8::vertices: there is one place more than vertices
+// between treelets, because they are read four floats at a time.
+inline uint32_t place_of(const Bvh8Layout& layout, uint32_t treelet) {
+  return layout.treelets[treelet].first_vertex + treelet;
+}
+
 // What one pose looks like. Linear buffers, indices only. Every treelet has its place in them;
-// pages of treelets that were never made are never touched.
+// pages of treelets that were never made are never touched. Trees that are made as a whole hold
+// packed triangles. Treelets that hang by links hold their vertices instead, a fraction of the
+// bytes, and rays pack what they test.
 struct Bvh8 {
   Buffer<Node8> nodes;
   Buffer<TrianglePacket> packets;
+  Buffer<vec3> vertices;
   std::vector<uint32_t> links;  // one a treelet, see visit.h; atomic while rays are traced
   uint32_t root = kNoChild;     // child word of the whole
   bool by_links = false;        // treelets hang by treelet words, not by the words of their roots

@@ -65,7 +65,9 @@ Instance instance_of(const Object& object, ObjectId id, const Body& body, PosedO
   Bvh8& bvh = body.deforms ? posed.bvh : const_cast<Bvh8&>(body.bvh);
   const bool visits = body.deforms && posed.mode != UpdateMode::full;
   return {.nodes = bvh.nodes.data(),
-          .packets = bvh.packets.data(),
+          .packets = visits ? nullptr : bvh.packets.data(),
+          .corners = body.layout.packet_corners.data(),
+          .vertices = bvh.vertices.data(),
           .primitives = body.layout.packet_primitives.data(),
           .root = bvh.root,
           .body = visits ? &posed.visited : nullptr,
