@@ -324,6 +324,9 @@ Result<RenderJob> read(const Flags& flags) {
     SINEW_TRY(job.load.memory_limit, parse_bytes(flags.memory));
   }
   SINEW_TRY(job.view, parse_view(flags.view));
+  // What a lazy update leaves open would show.
+  const bool shows_boxes = job.view.view == View::boxes || job.view.view == View::heatmap;
+  if (shows_boxes && job.update == UpdateMode::automatic) job.update = UpdateMode::full;
   if (!flags.layers.empty()) {
     SINEW_TRY(job.layers, parse_layers(flags.layers));
   }

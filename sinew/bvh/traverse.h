@@ -64,7 +64,8 @@ enum class Facing : uint8_t { any, front, back };
 
 // How the rays of a span go through the hierarchy. The hits have the same bits either way.
 enum class Grouping : uint8_t {
-  automatic,  // rays with like directions together, where a span is long enough to have them
+  automatic,  // rays with like directions together, where a span has them and they begin close
+              // to each other
   none,       // each for itself
 };
 

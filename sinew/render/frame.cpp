@@ -124,8 +124,7 @@ FrameContext begin_frame(const World& world, const Scene& scene, const ScenePose
   FrameContext frame{world, scene, settings, scratch.textures};
   frame.ambient_distance = settings.ambient_distance;
   if (frame.ambient_distance == 0.0f) {
-    const Box box = world.box();
-    frame.ambient_distance = box.empty() ? 1.0f : 0.25f * length(box.extent());
+    frame.ambient_distance = world.size() > 0.0f ? 0.25f * world.size() : 1.0f;
   }
   frame.filtered = needs_filter(scene);
   return frame;

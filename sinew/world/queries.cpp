@@ -5,7 +5,11 @@
 namespace sinew {
 namespace {
 
-constexpr size_t kRaysPerTask = 1024;
+// Few rays may make many treelets, so they are spread over more tasks.
+constexpr size_t kFewRays = 1024;
+size_t rays_per_task(size_t count) {
+  return count <= kFewRays ? 32 : 1024;
+}
 
 // Lets debug builds notice an update that overlaps a query.
 class RunningQuery {
@@ -33,7 +37,7 @@ void for_each_chunk(const WorldFrame& frame, size_t count, const QueryOptions& o
                     const Trace& trace) {
   const RunningQuery running(frame);
   if (count > 1) frame.rays.fetch_add(count, std::memory_order_relaxed);
-  parallel_for(count, kRaysPerTask, [&](size_t begin, size_t end) {
+  parallel_for(count, rays_per_task(count), [&](size_t begin, size_t end) {
     QueryOptions part = options;
     part.first_ray += static_cast<uint32_t>(begin);
     trace(begin, end - begin, part);

@@ -67,6 +67,7 @@ Result<BodyId> World::add_body(const BodyDesc& desc) {
   } else {
     all_positions(desc.motion, desc.build_pose, at);
   }
+  for (const vec3 p : at) body.built_box.extend(p);
   SINEW_TRY(body.layout, build_layout(at, desc.triangles, desc.build));
   if (!body.deforms) update_full(body.layout, at, body.bvh);
   if (body.derivable) body.clusters = clusters_of(body.motion, body.layout);
@@ -137,6 +138,13 @@ Result<void> World::set_pose(ObjectId id, const Pose& pose) {
 
 Box World::box() const {
   return impl_->now().box;
+}
+float World::size() const {
+  Box box;
+  for (const Instance& instance : impl_->now().instances) {
+    box.extend(transform_box(instance.placement, impl_->body_of(instance.object).built_box));
+  }
+  return box.empty() ? 0.0f : length(box.extent());
 }
 std::span<const vec3> World::known_positions(ObjectId object) const {
   const PosedObject& posed = impl_->posed(object);

@@ -137,7 +137,11 @@ class World {
   // box, at the level where it hangs in the top tree.
   std::vector<TreeBox> boxes(uint32_t level) const;
 
-  Box box() const;  // of all present objects, world space
+  // Of all present objects, world space. Of lazy objects the box is derived, a little larger than
+  // that of their vertices.
+  Box box() const;
+  // The diagonal of all present objects as they were built: the same in every update mode.
+  float size() const;
 
   // Vertices of an object, in its own space. known_positions() is one a vertex where the update
   // computed them all, and empty for lazy objects; the others always answer.

@@ -24,6 +24,7 @@ struct Body {
   Bvh8Layout layout;
   Bvh8 bvh;                // of rigid bodies, shared by all their objects
   ClusterBounds clusters;  // one a treelet, if boxes can be derived
+  Box built_box;           // of the vertices that the tree was built for
   bool deforms = false;
   bool derivable = false;
 };

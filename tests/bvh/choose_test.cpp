@@ -64,7 +64,7 @@ TEST(UpdateChoice, WhatIsOnlyGivenIsNeverLazy) {
   body.derivable = false;
   for (const double share : {0.0, 0.3, 1.0})
     EXPECT_NE(body.after(40, share, 100), UpdateMode::lazy);
-  EXPECT_EQ(body.after(5, 0.01, 100), UpdateMode::hybrid);
+  EXPECT_EQ(body.after(40, 0.01, 100), UpdateMode::hybrid);
 }
 
 TEST(UpdateChoice, DoesNotGoToAndFro) {
