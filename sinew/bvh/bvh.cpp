@@ -42,6 +42,7 @@ struct Bvh::Impl {
   UpdateHistory history;
   std::array<PosedBvh, 2> poses;
   uint32_t shown = 0;
+  bool staged = false;  // the other pose is to be shown next
 
   PosedBvh& now() { return poses[shown]; }
   Result<void> check_count(size_t count) const;
@@ -161,11 +162,14 @@ Result<void> Bvh::update(std::span<const vec3> positions, VertexRange changed) {
 Result<void> Bvh::stage(std::span<const vec3> positions) {
   SINEW_CHECKED(impl_->check_count(positions.size()));
   impl_->update(positions, false, impl_->poses[1 - impl_->shown]);
+  impl_->staged = true;
   return {};
 }
 
 void Bvh::flip() {
+  if (!impl_->staged) return;
   impl_->shown = 1 - impl_->shown;
+  impl_->staged = false;
 }
 
 void Bvh::set_update_mode(UpdateMode mode) {

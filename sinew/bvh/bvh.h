@@ -37,7 +37,8 @@ class Bvh {
   Result<void> update_borrowed(std::span<const vec3> positions);
 
   // update() without touching what queries see: rays may be traced at the same time. flip() then
-  // shows it, and must not overlap queries. Takes twice the memory.
+  // shows it, and must not overlap queries; without a stage() before it does nothing. Takes twice
+  // the memory.
   Result<void> stage(std::span<const vec3> positions);
   void flip();
 

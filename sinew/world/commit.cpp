@@ -269,10 +269,13 @@ void World::commit() {
 }
 void World::stage() {
   impl_->update(1 - impl_->shown);
+  impl_->staged = true;
 }
 void World::flip() {
   SINEW_DCHECK(impl_->now().queries.load() == 0);
+  if (!impl_->staged) return;
   impl_->shown = 1 - impl_->shown;
+  impl_->staged = false;
 }
 
 }  // namespace sinew

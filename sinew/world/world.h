@@ -84,7 +84,8 @@ class World {
   // Objects of one rigid body share its tree and boxes; objects of a deforming body share the tree.
   Result<BodyId> add_body(const BodyDesc& body);
   Result<ObjectId> add_object(BodyId body, const ObjectDesc& desc = {});
-  void remove_object(ObjectId object);  // the id is not given again
+  // These count from the next commit. The id of a removed object is not given again.
+  void remove_object(ObjectId object);
   void set_visible(ObjectId object, bool visible);
   void set_mask(ObjectId object, uint32_t mask);
 
@@ -100,7 +101,8 @@ class World {
   void commit();
 
   // The same without touching what queries see, so that one frame can be posed while another is
-  // traced; flip() then shows it. Only flip() must not overlap queries. Takes twice the memory.
+  // traced; flip() then shows it, and does nothing if nothing is staged. Only flip() must not
+  // overlap queries. Takes twice the memory.
   void stage();
   void flip();
 

@@ -87,7 +87,8 @@ struct World::Impl {
   std::deque<Body> bodies;
   std::vector<Object> objects;
   std::array<WorldFrame, 2> frames;
-  uint32_t shown = 0;  // the frame that queries see
+  uint32_t shown = 0;   // the frame that queries see
+  bool staged = false;  // the other is to be shown next
   UpdateMode mode = UpdateMode::automatic;
   TopTree top_tree = TopTree::objects;
 

@@ -95,6 +95,8 @@ TEST(World, HiddenMaskedAndRemovedObjectsAreNotSeen) {
   EXPECT_EQ(seen(3), back);
   world.set_visible(front, true);
   world.remove_object(back);
+  EXPECT_EQ(seen(2), back);  // until the next commit, and what rays meet can be asked about
+  EXPECT_EQ(world.placement(back), identity_affine());
   world.commit();
   EXPECT_EQ(seen(3), front);
   EXPECT_EQ(seen(2), kNoObject);
