@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <latch>
 #include <thread>
 
 #include "oracle.h"
@@ -126,6 +127,36 @@ TEST(WorldUpdate, OfManyThreadsAtOneTreeletAllFindTheSame) {
   }
 }
 
+// A picture that every thread traces as a whole, so that they meet again and again.
+TEST(WorldUpdate, OfManyThreadsAtAllTreeletsAllFindTheSame) {
+  std::vector<Ray> rays;
+  for (int i = 0; i < 64 * 64; ++i) {
+    const vec3 at(0.04f * float(i % 64 - 32), 0.04f * float(i / 64 - 32), 1.0f);
+    rays.push_back({.origin = vec3(0.0f, 0.0f, 5.0f), .direction = at - vec3(0.0f, 0.0f, 5.0f)});
+  }
+  for (const size_t threads : {2u, 8u}) {
+    Ball ball(false);
+    ball.world.set_update_mode(UpdateMode::lazy);
+    for (uint32_t frame = 0; frame < 10; ++frame) {
+      ASSERT_TRUE(ball.show(frame % 2, 0.1f * float(frame)));
+      ball.world.commit();
+      const Grouping grouping = frame % 4 < 2 ? Grouping::automatic : Grouping::none;
+      std::vector<std::vector<Hit>> hits(threads, std::vector<Hit>(rays.size()));
+      std::latch ready(static_cast<ptrdiff_t>(threads));
+      std::vector<std::thread> crowd;
+      for (std::vector<Hit>& mine : hits) {
+        crowd.emplace_back([&] {
+          ready.arrive_and_wait();
+          ball.world.closest_hits(rays, mine, {.grouping = grouping});
+        });
+      }
+      for (std::thread& thread : crowd) thread.join();
+      for (const std::vector<Hit>& some : hits) EXPECT_TRUE(same_bits(hits[0], some));
+      EXPECT_EQ(ball.world.validate(), "");
+    }
+  }
+}
+
 TEST(WorldUpdate, WhatNoRayReachesIsNotMade) {
   const Scene scene = *make_study_scene("bodies,subdivisions=4");
   World world = *prepare(scene, {.update = UpdateMode::lazy});
@@ -184,6 +215,8 @@ TEST(WorldUpdate, OneFrameIsPosedWhileAnotherIsTraced) {
       EXPECT_TRUE(same_bits(expected[frame], hits)) << name_of(mode) << " frame " << frame;
       ball.world.flip();
     }
+    EXPECT_TRUE(same_bits(expected[5], traced())) << name_of(mode);
+    ball.world.flip();  // nothing is staged
     EXPECT_TRUE(same_bits(expected[5], traced())) << name_of(mode);
     // What is not posed anew follows all the same.
     ball.world.stage();
