@@ -85,10 +85,29 @@ std::string check_command(int argc, char** argv) {
   return fmt::format("'{}' is not a command{}", word, hint(word, names));
 }
 
+// The innermost command that was read: `sinew bench update`.
+const CLI::App& innermost(const CLI::App& app) {
+  const auto below = app.get_subcommands();
+  return below.empty() ? app : innermost(*below.front());
+}
+
+std::string full_name(const CLI::App& app) {
+  const CLI::App* const above = app.get_parent();
+  return above == nullptr ? app.get_name() : full_name(*above) + " " + app.get_name();
+}
+
 // What CLI11 has to say, with a suggestion where an option was misspelt.
 std::string explain(const CLI::ParseError& error, const CLI::App& command) {
   const std::vector<std::string> unknown = command.remaining();
-  if (unknown.empty() || !unknown[0].starts_with("-")) return error.what();
+  const bool is_option = !unknown.empty() && unknown[0].starts_with("-");
+  if (command.get_require_subcommand_min() > 0 && !is_option) {
+    std::vector<std::string> names;
+    for (const CLI::App* below : command.get_subcommands({})) names.push_back(below->get_name());
+    if (unknown.empty()) return fmt::format("a command is missing: {}", fmt::join(names, ", "));
+    return fmt::format("'{}' is not a command of {}{}", unknown[0], full_name(command),
+                       hint(unknown[0], names));
+  }
+  if (!is_option) return error.what();
   std::vector<std::string> options;
   for (const CLI::Option* option : command.get_options()) {
     for (const std::string& word : option->get_lnames()) options.push_back("--" + word);
@@ -107,22 +126,20 @@ int run(int argc, char** argv) {
   app.footer(kFooter);
   app.set_version_flag("--version", fmt::format("sinew {} ({})", SINEW_VERSION, kernel_target()));
   app.require_subcommand(1);
-  const CLI::App* chosen = &app;
   Run work;
   for (const Command& command : kCommands) {
     CLI::App* const options = app.add_subcommand(command.name, command.summary);
-    options->preparse_callback([&chosen, options](size_t) { chosen = options; });
     options->final_callback([&work, run = command.define(*options)] { work = run; });
   }
   try {
     app.parse(argc, argv);
   } catch (const CLI::CallForHelp&) {
-    return print(chosen == &app ? app.help() : chosen->help("sinew"));
+    return print(app.help());
   } catch (const CLI::CallForVersion& version) {
     return print(std::string(version.what()) + "\n");
   } catch (const CLI::ParseError& error) {
-    const std::string name = chosen == &app ? "sinew" : "sinew " + chosen->get_name();
-    print_error(fmt::format("{}\nTry `{} --help`.", explain(error, *chosen), name));
+    const CLI::App& command = innermost(app);
+    print_error(fmt::format("{}\nTry `{} --help`.", explain(error, command), full_name(command)));
     return kUsageError;
   }
   const Result<int> result = work();

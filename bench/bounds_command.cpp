@@ -6,6 +6,8 @@
 #include <memory>
 #include <string>
 
+#include "app/json_text.h"
+#include "app/validators.h"
 #include "bench/bounds.h"
 #include "sinew/io/output_file.h"
 
@@ -34,9 +36,10 @@ std::string table(const nlohmann::json& report) {
 }
 
 Result<int> print_table(const Job& job) {
+  if (!job.json.empty()) SINEW_CHECKED(check_writable(job.json));
   SINEW_TRY(const nlohmann::json report, bench::bench_bounds(job.options));
   if (job.json != "-") SINEW_CHECKED(write_file("-", table(report)));
-  if (!job.json.empty()) SINEW_CHECKED(write_file(job.json, report.dump(2) + "\n"));
+  if (!job.json.empty()) SINEW_CHECKED(write_file(job.json, json_text(report)));
   return kOk;
 }
 
@@ -62,11 +65,11 @@ BoundsCommand define_bounds(CLI::App& bench) {
   c.add_option("--clip", o.clip, "Name or index (default: the first)");
   c.add_option("--skip", o.skip, "Names of nodes to leave out");
   c.add_option("--frames", o.frames, "How many times of the clip (default: 8)")
-      ->check(CLI::Range(1, 1000));
+      ->check(whole_number_in(1, 1000));
   c.add_option("--repeats", o.repeats, "Of every measurement; medians count (default: 7)")
-      ->check(CLI::Range(1, 1000));
+      ->check(whole_number_in(1, 1000));
   c.add_option("--pieces", o.most_pieces, "Parts of a cluster, at most (default: 4)")
-      ->check(CLI::Range(1, 4));
+      ->check(whole_number_in(1, 4));
   c.add_option("--json", job->json, "Write the report; - for stdout, without the table");
   return {[command] { return command->parsed(); }, [job] { return print_table(*job); }};
 }

@@ -25,6 +25,9 @@ struct BenchOptions {
 };
 
 Result<int> run(const BenchOptions& options) {
+  for (const std::string& file : {options.json, options.report}) {
+    if (!file.empty()) SINEW_CHECKED(check_writable(file));
+  }
   const auto measure = [&] {
     return options.does_update ? bench::bench_update(options.update)
                                : bench::bench_trace(options.trace);

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/json_text.h"
+#include "app/validators.h"
 #include "bench/larsson_tables.h"
 #include "sinew/io/output_file.h"
 
@@ -23,6 +24,7 @@ larsson::FirstVisit policy(const std::string& name) {
 }
 
 Result<int> print_table(Job job) {
+  if (!job.json.empty()) SINEW_CHECKED(check_writable(job.json));
   job.options.larsson.first_visit = policy(job.first_visit);
   SINEW_TRY(const nlohmann::json report, job.table == 1 ? bench::larsson_table_1(job.options)
                                                         : bench::larsson_table_2(job.options));
@@ -49,24 +51,24 @@ LarssonCommand define_larsson(CLI::App& bench) {
       "  sinew bench larsson --table 2 --museum scene_museum/aff/museum5.aff\n");
   CLI::App& c = *command;
   c.add_option("--table", job->table, "1: deforming bodies; 2: BART's Museum (default: 1)")
-      ->check(CLI::Range(1, 2));
+      ->check(whole_number_in(1, 2));
   c.add_option("--museum", o.museum, "BART's museum5.aff, for table 2 (default: " + o.museum + ")");
-  c.add_option("--width", o.width, "Pixels (default: 640)")->check(CLI::Range(16, 8192));
-  c.add_option("--height", o.height, "Pixels (default: 480)")->check(CLI::Range(16, 8192));
+  c.add_option("--width", o.width, "Pixels (default: 640)")->check(whole_number_in(16, 8192));
+  c.add_option("--height", o.height, "Pixels (default: 480)")->check(whole_number_in(16, 8192));
   c.add_option("--frames", o.frames, "How many frames of the animation (default: 28)")
-      ->check(CLI::Range(1, 1000));
+      ->check(whole_number_in(1, 1000));
   c.add_option("--repeats", o.repeats, "Of subsampled frames; medians count (default: 3)")
-      ->check(CLI::Range(1, 1000));
+      ->check(whole_number_in(1, 1000));
   c.add_option("--threads", o.threads, "Of our second rows (default: 2)")
-      ->check(CLI::Range(1, 256));
+      ->check(whole_number_in(1, 256));
   c.add_option("--first-visit", job->first_visit,
                "What their hybrid method makes where a ray comes first (default: node)")
       ->check(CLI::IsMember({"node", "levels", "subtree"}));
   c.add_option("--levels", o.larsson.visit_levels, "How many, of --first-visit levels (default: 2)")
-      ->check(CLI::Range(1, 16));
+      ->check(whole_number_in(1, 16));
   c.add_option("--depth", o.larsson.depth,
                "Where their hybrid update begins (default: half the height of the tree)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(whole_number_in(0, 64));
   c.add_option("--json", job->json, "Write the report; - for stdout, without the table");
   return {[command] { return command->parsed(); }, [job] { return print_table(*job); }};
 }

@@ -97,5 +97,22 @@ TEST(Bench, RefusesPartsThatAreNone) {
   EXPECT_NE(outcome.err.find("picks_10000"), std::string::npos) << outcome.err;
 }
 
+TEST(Bench, RefusesBeforeItMeasures) {
+  SINEW_BENCH_OR_SKIP();
+  for (const std::string part : {"trace", "update", "larsson", "bounds"}) {
+    const Outcome outcome = run_sinew({"bench", part, "--json", "no/such/folder.json"});
+    EXPECT_EQ(outcome.exit_code, 4) << part;
+    EXPECT_EQ(outcome.out, "") << part;
+    EXPECT_NE(outcome.err.find("no/such/folder.json"), std::string::npos) << outcome.err;
+    const Outcome misspelt = run_sinew({"bench", part, "--repeat", "3"});
+    EXPECT_EQ(misspelt.exit_code, 2) << part;
+    EXPECT_NE(misspelt.err.find("did you mean --repeats?"), std::string::npos) << misspelt.err;
+    EXPECT_NE(misspelt.err.find("sinew bench " + part + " --help"), std::string::npos);
+  }
+  const Outcome unknown = run_sinew({"bench", "updat"});
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_NE(unknown.err.find("did you mean update?"), std::string::npos) << unknown.err;
+}
+
 }  // namespace
 }  // namespace sinew
