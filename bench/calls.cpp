@@ -23,8 +23,7 @@ std::vector<Call> our_calls(const Bvh& bvh, TriangleTest test) {
   std::vector<Call> calls;
   const Precision precision =
       test == TriangleTest::robust ? Precision::watertight : Precision::fast;
-  calls.push_back(
-      our_call(bvh, kOurSingle, {.grouping = Grouping::none, .precision = precision}));
+  calls.push_back(our_call(bvh, kOurSingle, {.grouping = Grouping::none, .precision = precision}));
   calls.push_back(our_call(bvh, kOurGroups, {.precision = precision}));
   return calls;
 }

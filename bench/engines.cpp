@@ -7,7 +7,10 @@
 namespace sinew::bench {
 namespace {
 
-constexpr size_t kRaysPerTask = 1024;  // as in World's queries
+// As in World's queries.
+size_t rays_per_task(size_t count) {
+  return count <= 1024 ? 32 : 1024;
+}
 
 const char* engine_name(UpdateMode mode) {
   switch (mode) {
@@ -61,13 +64,13 @@ void Arena::add_embree(EmbreeMode mode) {
       std::unique_ptr<Theirs>(new Theirs{EmbreeWorld(scene_, clip_, pose_, {.mode = mode}), {}}));
   Theirs* const t = theirs_.back().get();
   const auto closest = [this, t](std::span<const Ray> rays, std::span<Hit> hits) {
-    parallel_for(rays.size(), kRaysPerTask, [&](size_t begin, size_t end) {
+    parallel_for(rays.size(), rays_per_task(rays.size()), [&](size_t begin, size_t end) {
       closest_hits(t->world.scene(), closest_, rays.subspan(begin, end - begin),
                    hits.subspan(begin, end - begin));
     });
   };
   const auto any = [this, t](std::span<const Ray> rays, std::span<uint8_t> hit) {
-    parallel_for(rays.size(), kRaysPerTask, [&](size_t begin, size_t end) {
+    parallel_for(rays.size(), rays_per_task(rays.size()), [&](size_t begin, size_t end) {
       any_hits(t->world.scene(), any_, rays.subspan(begin, end - begin),
                hit.subspan(begin, end - begin));
     });

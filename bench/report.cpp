@@ -193,9 +193,10 @@ std::string report_page(const json& report) {
                  "Time of a frame, primary and shadow rays, against the share of the deforming "
                  "objects' treelets that rays reach. Circles: ours cross Embree's.",
                  sweep_plots(rows, "visible_fraction", "treelets reached", true));
-  out +=
-      section("How many rays", "Time of a frame against its number of picks, each one ray a call.",
-              sweep_plots(rows, "ray_count", "rays a frame", false));
+  out += section(
+      "How many rays",
+      "Time of a frame against its number of picks: rays that have nothing to do with each other.",
+      sweep_plots(rows, "ray_count", "rays a frame", false));
   out += trace_plots(rows);
   if (report.contains("skipped")) {
     for (const json& sentence : report["skipped"]) {

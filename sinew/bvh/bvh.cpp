@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sinew/base/check.h"
+#include "sinew/base/update_gate.h"
 #include "sinew/bvh/cost.h"
 #include "sinew/bvh/visit.h"
 
@@ -27,8 +28,9 @@ struct PosedBvh {
   UpdateMode mode = UpdateMode::full;
   Bvh8 bvh;
   VisitedBody visited;
-  std::vector<vec3> copy;                  // of the vertices, as far as `visited` reads them there
-  WorkTime work;                           // of the update
+  std::vector<vec3> copy;  // of the vertices, as far as `visited` reads them there
+  WorkTime work;           // of the update
+  UpdateGate gate;
   mutable std::atomic<uint64_t> rays = 0;  // of spans, since the update
 };
 
@@ -76,6 +78,7 @@ UpdateMode Bvh::Impl::next_mode() {
 }
 
 void Bvh::Impl::update(std::span<const vec3> positions, bool borrowed, PosedBvh& out) {
+  const UpdateGate::Update updating(out.gate);
   out.mode = next_mode();
   out.visited.made.store(0, std::memory_order_relaxed);
   out.visited.make_work.reset();
@@ -149,6 +152,7 @@ Result<void> Bvh::update(std::span<const vec3> positions, VertexRange changed) {
   // After a flip() to what was never staged there is nothing to start from.
   if (posed.bvh.links.size() != impl_->layout.treelets.size()) return update(positions);
   if (impl_->way.first.empty()) impl_->way = find_way_up(impl_->layout);
+  const UpdateGate::Update updating(posed.gate);
   if (posed.bvh.by_links) {
     if (posed.copy.empty()) posed.copy.assign(positions.begin(), positions.end());
     std::copy_n(positions.begin() + changed.first, changed.count,
@@ -170,6 +174,7 @@ Result<void> Bvh::stage(std::span<const vec3> positions) {
 }
 
 void Bvh::flip() {
+  const UpdateGate::Update updating(impl_->now().gate);
   impl_->shown = 1 - impl_->shown;
 }
 
@@ -196,6 +201,7 @@ bool Bvh::any_hit(const Ray& ray) const {
 void Bvh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
                        const QueryOptions& options) const {
   impl_->count(rays.size());
+  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
   const Instance only = impl_->instance();
   sinew::closest_hits({nullptr, &only, 1}, rays, hits, options);
 }
@@ -203,21 +209,25 @@ void Bvh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
 void Bvh::any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
                    const QueryOptions& options) const {
   impl_->count(rays.size());
+  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
   const Instance only = impl_->instance();
   sinew::any_hits({nullptr, &only, 1}, rays, hit, options);
 }
 
 void Bvh::all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options) const {
+  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
   const Instance only = impl_->instance();
   sinew::all_hits({nullptr, &only, 1}, ray, out, options);
 }
 
 std::optional<NearestPoint> Bvh::nearest_point(vec3 from, float max_distance) const {
+  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
   const Instance only = impl_->instance();
   return sinew::nearest_point({nullptr, &only, 1}, from, max_distance);
 }
 
 void Bvh::triangles_in_box(const Box& box, std::vector<TriangleId>& out) const {
+  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
   const Instance only = impl_->instance();
   sinew::triangles_in_box({nullptr, &only, 1}, box, out);
 }

@@ -204,7 +204,7 @@ void World::Impl::update(uint32_t index) {
   const auto start = std::chrono::steady_clock::now();
   WorldFrame& frame = frames[index];
   const WorldFrame& other = frames[1 - index];
-  SINEW_DCHECK(frame.queries.load() == 0);  // an update overlaps a query
+  const UpdateGate::Update updating(frame.gate);
   frame.stats = {};
   frame.moved.clear();
   for (ObjectId id = 0; id < objects.size(); ++id) {
@@ -288,7 +288,7 @@ void World::stage() {
   impl_->update(1 - impl_->shown);
 }
 void World::flip() {
-  SINEW_DCHECK(impl_->now().queries.load() == 0);
+  const UpdateGate::Update updating(impl_->now().gate);
   impl_->shown = 1 - impl_->shown;
 }
 

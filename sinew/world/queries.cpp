@@ -11,31 +11,11 @@ size_t rays_per_task(size_t count) {
   return count <= kFewRays ? 32 : 1024;
 }
 
-// Lets debug builds notice an update that overlaps a query.
-class RunningQuery {
- public:
-  explicit RunningQuery(const WorldFrame& frame) : frame_(frame) {
-#ifndef NDEBUG
-    frame_.queries.fetch_add(1);
-#endif
-  }
-  ~RunningQuery() {
-#ifndef NDEBUG
-    frame_.queries.fetch_sub(1);
-#endif
-  }
-  RunningQuery(const RunningQuery&) = delete;
-  RunningQuery& operator=(const RunningQuery&) = delete;
-
- private:
-  [[maybe_unused]] const WorldFrame& frame_;
-};
-
 // Calls trace(first, count, options for them) for chunks of `count` rays.
 template <class Trace>
 void for_each_chunk(const WorldFrame& frame, size_t count, const QueryOptions& options,
                     const Trace& trace) {
-  const RunningQuery running(frame);
+  const UpdateGate::Query running(frame.gate);
   if (count > 1) frame.rays.fetch_add(count, std::memory_order_relaxed);
   parallel_for(count, rays_per_task(count), [&](size_t begin, size_t end) {
     QueryOptions part = options;
@@ -103,7 +83,7 @@ void World::count_closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
 }
 
 void World::all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options) const {
-  const RunningQuery running(impl_->now());
+  const UpdateGate::Query running(impl_->now().gate);
   sinew::all_hits(view_of(impl_->now()), ray, out, options);
 }
 
@@ -121,12 +101,12 @@ std::optional<Pick> World::pick(const Ray& ray, const QueryOptions& options) con
 
 std::optional<NearestPoint> World::nearest_point(vec3 from, float max_distance,
                                                  uint32_t mask) const {
-  const RunningQuery running(impl_->now());
+  const UpdateGate::Query running(impl_->now().gate);
   return sinew::nearest_point(view_of(impl_->now()), from, max_distance, mask);
 }
 
 void World::triangles_in_box(const Box& box, std::vector<TriangleId>& out, uint32_t mask) const {
-  const RunningQuery running(impl_->now());
+  const UpdateGate::Query running(impl_->now().gate);
   sinew::triangles_in_box(view_of(impl_->now()), box, out, mask);
 }
 

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sinew/base/check.h"
+#include "sinew/base/update_gate.h"
 #include "sinew/bvh/top.h"
 #include "sinew/bvh/update_local.h"
 #include "sinew/bvh/visit.h"
@@ -80,7 +81,7 @@ struct WorldFrame {
   std::vector<ObjectId> moved;
   double made = 0.0;  // treelets that rays made in all objects, when that was last counted
   mutable std::atomic<uint64_t> rays = 0;  // of spans, traced since the commit
-  mutable std::atomic<int> queries = 0;    // running now; counted in debug builds only
+  UpdateGate gate;
 };
 
 struct World::Impl {

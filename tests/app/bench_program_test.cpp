@@ -9,10 +9,10 @@
 namespace sinew {
 namespace {
 
-#ifdef SINEW_HAVE_EMBREE
+#ifdef SINEW_HAVE_BENCH
 #define SINEW_BENCH_OR_SKIP() (void)0
 #else
-#define SINEW_BENCH_OR_SKIP() GTEST_SKIP() << "built without Embree"
+#define SINEW_BENCH_OR_SKIP() GTEST_SKIP() << "built without `sinew bench`"
 #endif
 
 void expect_figures(const nlohmann::json& report, const std::vector<std::string>& names) {

@@ -58,7 +58,7 @@ TEST(Program, UsageErrorsAre2AndSayWhatToDo) {
       {{"render", "a.obj", "-o", "a.webp", "--size", "16384x16"}, "16383"},
       {{"render", "a.obj", "-o", "a.png", "--mode", "voxels"}, "planned"},
       {{"render", "a.obj", "-o", "a.png", "--mode", "clouds"}, "unknown"},
-      {{"render", "a.obj", "-o", "a.png", "--update", "lazy"}, "planned"},
+      {{"render", "a.obj", "-o", "a.png", "--update", "sometimes"}, "unknown"},
       {{"render", "a.obj", "-o", "a.png", "--camera", "eye=1,2"}, "--camera"},
       {{"render", "a.obj", "-o", "a.png", "--memory-limit", "much"}, "--memory-limit"},
       {{"render", "a.obj", "-o", "a.png", "--size", "9999x9999", "--memory-limit", "1G"},

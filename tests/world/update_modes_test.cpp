@@ -344,5 +344,25 @@ TEST(WorldUpdate, AutomaticIsLazyForFewRaysAndSaysWhy) {
   EXPECT_NE(std::string(ball.world.choice(ball.object).why), "no ray has come yet");
 }
 
+#ifndef NDEBUG
+TEST(WorldUpdateDeathTest, AnUpdateDuringAQueryIsNoticed) {
+  testing::FLAGS_gtest_death_test_style = "threadsafe";
+  const auto update_in_query = [] {
+    Ball ball(false);
+    ball.world.set_update_mode(UpdateMode::full);
+    (void)ball.show(0, 0.5f);
+    ball.world.commit();
+    const auto commit = [](const void* world, uint32_t, const Hit&) {
+      const_cast<World*>(static_cast<const World*>(world))->commit();
+      return true;
+    };
+    const Ray ray{.origin = vec3(0.1f, 0.2f, 5.0f)};
+    Hit hit;
+    ball.world.closest_hits({&ray, 1}, {&hit, 1}, {.filter = {commit, &ball.world, true}});
+  };
+  EXPECT_DEATH(update_in_query(), "CHECK");
+}
+#endif
+
 }  // namespace
 }  // namespace sinew
