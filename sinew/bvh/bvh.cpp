@@ -149,8 +149,10 @@ Result<void> Bvh::update(std::span<const vec3> positions, VertexRange changed) {
                      " are to be updated, the body has " + std::to_string(positions.size()),
                  "give a range within the body's vertices"});
   }
-  if (impl_->way.first.empty()) impl_->way = find_way_up(impl_->layout);
   PosedBvh& posed = impl_->now();
+  // After a flip() to what was never staged there is nothing to start from.
+  if (posed.bvh.links.size() != impl_->layout.treelets.size()) return update(positions);
+  if (impl_->way.first.empty()) impl_->way = find_way_up(impl_->layout);
   const UpdateGate::Update updating(posed.gate);
   if (posed.bvh.by_links) {
     if (posed.copy.empty()) posed.copy.assign(positions.begin(), positions.end());
@@ -158,6 +160,9 @@ Result<void> Bvh::update(std::span<const vec3> positions, VertexRange changed) {
                 posed.copy.begin() + changed.first);
     posed.visited.positions = posed.copy.data();
   }
+  posed.visited.made.store(0, std::memory_order_relaxed);
+  posed.visited.make_work.reset();
+  posed.rays.store(0, std::memory_order_relaxed);
   update_local(impl_->layout, positions, changed, impl_->way, posed.bvh);
   posed.visited.upper.store(posed.bvh.root, std::memory_order_release);
   return {};

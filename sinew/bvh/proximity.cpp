@@ -123,6 +123,8 @@ class Walker {
         corners[c] = vec3(packet.v[c][0][lane], packet.v[c][1][lane], packet.v[c][2][lane]);
         if (!instance.in_place) corners[c] = transform_point(instance.placement, corners[c]);
       }
+      const vec3 sum = corners[0] + corners[1] + corners[2];
+      if (!std::isfinite(sum.x + sum.y + sum.z)) continue;  // not there until it is finite
       query_.triangle(instance, primitive, corners);
     }
   }

@@ -56,6 +56,22 @@ Box padded(const PosedObject& posed, const Box& box) {
   return {box.min - pad, box.max + pad};
 }
 
+bool is_finite_pose(const Pose& pose) {
+  float sum = 0.0f;  // of products that are 0, or NaN
+  for (const Affine& joint : pose.joints) {
+    for (int column = 0; column < 4; ++column) sum += dot(joint[column] * 0.0f, vec3(1.0f));
+  }
+  for (const float weight : pose.weights) sum += weight * 0.0f;
+  return sum == 0.0f;
+}
+
+// The body's derived box; false if it would hide that something is not finite.
+bool derive_box(const Body& body, PosedObject& posed) {
+  if (!is_finite_pose(posed.pose)) return false;
+  posed.local_box = derive_body_bounds(body.clusters, body.motion, posed.pose);
+  return body.layout.treelets.empty() || is_finite(posed.local_box);
+}
+
 bool is_shown(const Object& object, const PosedObject& posed) {
   return object.alive && object.desc.visible && posed.present && posed.finite &&
          !posed.box.empty() && is_finite(posed.box);
@@ -97,16 +113,15 @@ void World::Impl::update_shape(const Body& body, PosedObject& posed) {
   visited.upper.store(kUnmade, std::memory_order_relaxed);
   posed.finite = true;
   posed.shaped = true;
-  if (posed.mode == UpdateMode::lazy) {
+  if (posed.mode == UpdateMode::lazy && derive_box(body, posed)) {
     visited.positions = nullptr;
     reserve(body.layout, posed.bvh);
-    posed.local_box = derive_body_bounds(body.clusters, body.motion, posed.pose);
-    posed.finite = posed.local_box.empty() || is_finite(posed.local_box);
     const bool eager = body.layout.treelets.size() > kEagerTreelets;
-    if (posed.finite && (eager || top_tree == TopTree::treelets))
-      visit_upper(visited, Threads::all);
+    if (eager || top_tree == TopTree::treelets) visit_upper(visited, Threads::all);
     return;
   }
+  // Whether an object is there must not depend on the mode: only vertices say what is finite.
+  if (posed.mode == UpdateMode::lazy) posed.mode = UpdateMode::hybrid;
   if (posed.positions.empty()) all_positions(body.motion, posed.pose, posed.positions, &posed.work);
   visited.positions = posed.positions.data();
   posed.finite = posed.mode == UpdateMode::full
@@ -123,6 +138,9 @@ void World::Impl::update_part(const Body& body, const Pose& pose, PosedObject& p
   if (posed.way.first.empty()) posed.way = find_way_up(body.layout);
   posed.finite &= update_local(body.layout, posed.positions, pose.changed, posed.way, posed.bvh);
   posed.local_box = posed.bvh.box;
+  posed.pose.changed = pose.changed;
+  posed.visited.made.store(0, std::memory_order_relaxed);
+  posed.visited.make_work.reset();
   posed.visited.upper.store(posed.bvh.root, std::memory_order_release);
 }
 
@@ -162,10 +180,9 @@ void World::Impl::update_object(WorldFrame& frame, const WorldFrame& other, Obje
   posed.present = pose.present && !is_singular(pose.placement);
   posed.box = Box();
   posed.changed = false;
+  posed.pose.placement = pose.placement;
+  posed.pose.present = pose.present;
   if (!posed.present) {
-    posed.pose = Pose();
-    posed.pose.placement = pose.placement;
-    posed.pose.present = pose.present;
     posed.shaped = false;
     return;
   }
@@ -179,8 +196,6 @@ void World::Impl::update_object(WorldFrame& frame, const WorldFrame& other, Obje
     copy_pose(body.motion, pose, posed);
     update_shape(body, posed);
   }
-  posed.pose.placement = pose.placement;
-  posed.pose.present = true;
   const Box& local = body.deforms ? posed.local_box : body.bvh.box;
   posed.box = posed.in_place ? local : transform_box(posed.placement, local);
 }
@@ -250,6 +265,8 @@ void World::Impl::build_top_tree(WorldFrame& frame) {
       frame.leaves.push_back({index});
       continue;
     }
+    // The top tree, or what is shown, may have changed since the pose came.
+    if (posed.mode != UpdateMode::full) visit_upper(posed.visited, Threads::all);
     for (const Treelet& treelet : body.layout.treelets) {
       const Node8& parent = posed.bvh.nodes[treelet.parent_node];
       const Box local = lane_box(parent, treelet.parent_lane);

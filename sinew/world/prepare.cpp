@@ -83,6 +83,7 @@ Result<void> World::Impl::pose_at(World& world, WorldFrame& frame, double second
   }
   sample(*scene, clip, seconds, frame.pose);
   for (size_t i = 0; i < frame.pose.objects.size(); ++i) {
+    if (!objects[i].alive) continue;
     SINEW_CHECKED(world.set_pose(static_cast<ObjectId>(i), frame.pose.objects[i]));
   }
   return {};

@@ -1,5 +1,8 @@
 #include "sinew/world/world.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "sinew/base/parallel.h"
 #include "sinew/bvh/update.h"
 #include "sinew/world/world_impl.h"
@@ -18,6 +21,27 @@ std::span<const vec3> rest_of(const Motion& motion) {
     return cache->keys.first(cache->vertex_count);
   }
   return {};
+}
+
+// Whether the numbers that make vertices are finite, all of them. If not, derived boxes do not tell
+// which vertices are.
+bool is_finite_body(const Motion& motion) {
+  const auto finite = [](std::span<const vec3> values) {
+    vec3 sum(0.0f);  // of products that are 0, or NaN
+    for (const vec3 value : values) sum += value * 0.0f;
+    return sum == vec3(0.0f);
+  };
+  const auto finite_weights = [](const SkinMotion& skin) {
+    return std::ranges::all_of(skin.weights, [](float w) { return std::isfinite(w); });
+  };
+  if (const auto* skin = std::get_if<SkinMotion>(&motion)) {
+    return finite(skin->rest) && finite_weights(*skin);
+  }
+  if (const auto* morph = std::get_if<MorphMotion>(&motion)) {
+    return finite(morph->rest) && finite(morph->deltas) && finite_weights(morph->skin);
+  }
+  if (const auto* cache = std::get_if<KeyframeMotion>(&motion)) return finite(cache->keys);
+  return true;
 }
 
 // One cluster a treelet.
@@ -59,7 +83,7 @@ Result<BodyId> World::add_body(const BodyDesc& desc) {
   body.triangles = desc.triangles;
   body.motion = desc.motion;
   body.deforms = deforms(desc.motion);
-  body.derivable = body.deforms && derivable(desc.motion);
+  body.derivable = body.deforms && derivable(desc.motion) && is_finite_body(desc.motion);
   std::vector<vec3> at;
   if (at_rest) {
     const std::span<const vec3> rest = rest_of(desc.motion);
@@ -147,30 +171,38 @@ float World::size() const {
   }
   return box.empty() ? 0.0f : length(box.extent());
 }
-std::span<const vec3> World::known_positions(ObjectId object) const {
-  const PosedObject& posed = impl_->posed(object);
-  const Motion& motion = impl_->body_of(object).motion;
+std::span<const vec3> World::Impl::known_positions(ObjectId id) const {
+  const Motion& motion = body_of(id).motion;
   if (const auto* rigid = std::get_if<RigidMotion>(&motion)) return rigid->rest;
-  return posed.positions;
+  return now().objects[id].positions;
+}
+
+// Of the vertices [first, first + out.size()).
+void World::Impl::positions(ObjectId id, uint32_t first, std::span<vec3> out) const {
+  const Motion& motion = body_of(id).motion;
+  const Pose& pose = now().objects[id].pose;
+  const std::span<const vec3> known = known_positions(id), rest = rest_of(motion);
+  if (known.empty() && pose_fits(motion, pose)) {
+    sinew::positions(motion, pose, first, out);
+  } else if (!known.empty() || !rest.empty()) {
+    std::ranges::copy((known.empty() ? rest : known).subspan(first, out.size()), out.begin());
+  } else {
+    std::ranges::fill(out, vec3(0.0f));
+  }
+}
+
+std::span<const vec3> World::known_positions(ObjectId object) const {
+  return impl_->known_positions(object);
 }
 void World::positions(ObjectId object, std::span<vec3> out) const {
-  const Motion& motion = impl_->body_of(object).motion;
-  SINEW_CHECK(out.size() == vertex_count(motion));
-  const std::span<const vec3> known = known_positions(object);
+  SINEW_CHECK(out.size() == vertex_count(impl_->body_of(object).motion));
   parallel_for(out.size(), kVerticesPerTask, [&](size_t begin, size_t end) {
-    const std::span<vec3> some = out.subspan(begin, end - begin);
-    if (known.empty()) {
-      sinew::positions(motion, impl_->posed(object).pose, static_cast<uint32_t>(begin), some);
-    } else {
-      std::copy_n(known.begin() + begin, some.size(), some.begin());
-    }
+    impl_->positions(object, static_cast<uint32_t>(begin), out.subspan(begin, end - begin));
   });
 }
 vec3 World::position(ObjectId object, uint32_t vertex) const {
-  const std::span<const vec3> known = known_positions(object);
-  if (!known.empty()) return known[vertex];
   vec3 at;
-  sinew::positions(impl_->body_of(object).motion, impl_->posed(object).pose, vertex, {&at, 1});
+  impl_->positions(object, vertex, {&at, 1});
   return at;
 }
 std::array<vec3, 3> World::triangle(ObjectId object, uint32_t primitive) const {
@@ -209,7 +241,7 @@ std::string World::validate() const {
     const Body& body = impl_->body_of(id);
     if (instance.body != nullptr && !is_ready(*instance.body)) continue;
     std::vector<vec3> at(vertex_count(body.motion));
-    positions(id, at);
+    impl_->positions(id, 0, at);
     const std::string problem = sinew::validate(body.layout, impl_->bvh_of(id), at, body.triangles);
     if (!problem.empty()) return "object " + std::to_string(id) + ": " + problem;
   }

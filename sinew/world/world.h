@@ -146,7 +146,8 @@ class World {
   float size() const;
 
   // Vertices of an object, in its own space. known_positions() is one a vertex where the update
-  // computed them all, and empty for lazy objects; the others always answer.
+  // computed them all, and empty for lazy objects; the others always answer: of an object that is
+  // not present, how it was last, or at rest (0 where the caller gives the vertices).
   std::span<const vec3> known_positions(ObjectId object) const;
   void positions(ObjectId object, std::span<vec3> out) const;  // one a vertex
   vec3 position(ObjectId object, uint32_t vertex) const;

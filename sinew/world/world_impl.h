@@ -102,8 +102,13 @@ struct World::Impl {
 
   Object& object(ObjectId id);
   const PosedObject& posed(ObjectId id) const;
-  const Body& body_of(ObjectId id) const { return bodies[objects[id].body]; }
+  const Body& body_of(ObjectId id) const {
+    SINEW_CHECK(id < objects.size());
+    return bodies[objects[id].body];
+  }
   const Bvh8& bvh_of(ObjectId id) const;
+  std::span<const vec3> known_positions(ObjectId id) const;
+  void positions(ObjectId id, uint32_t first, std::span<vec3> out) const;
 
   void update(uint32_t frame);
   void update_object(WorldFrame& frame, const WorldFrame& other, ObjectId id);

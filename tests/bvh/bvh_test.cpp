@@ -125,6 +125,13 @@ TEST(Bvh, TrianglesThatAreNotFiniteAreNeverHitAndHideNothing) {
     const uvec3 t = shape.triangles[hit->primitive];
     for (int k = 0; k < 3; ++k) EXPECT_TRUE(t[k] != 3 && t[k] != 40);
   }
+  std::vector<TriangleId> found;
+  bvh.triangles_in_box({vec3(-2.0f), vec3(2.0f)}, found);
+  EXPECT_GT(found.size(), shape.triangles.size() / 2);
+  for (const TriangleId id : found) {
+    const uvec3 t = shape.triangles[id.primitive];
+    for (int k = 0; k < 3; ++k) EXPECT_TRUE(t[k] != 3 && t[k] != 40);
+  }
 }
 
 // Closed meshes seen from inside: no ray gets out, wherever and however large the mesh is.
@@ -259,6 +266,29 @@ TEST(Update, BorrowedAndStagedVerticesAreAsGoodAsCopied) {
     // A range after borrowed vertices, and after copies of them.
     ASSERT_TRUE(bvh.update(moved, {0, uint32_t(moved.size())}));
     EXPECT_TRUE(same_bits(after, hits_of(bvh, rays)));
+  }
+}
+
+TEST(Update, ARangeOfWhatWasNeverStagedIsAllOfIt) {
+  const auto shape = test::sphere(3);
+  Bvh bvh = *build(shape.positions, shape.triangles);
+  bvh.flip();
+  ASSERT_TRUE(bvh.update(shape.positions, {5, 1}));
+  EXPECT_TRUE(bvh.any_hit({.origin = vec3(0.1f, 0.2f, 9.0f)}));
+}
+
+TEST(Update, OfARangeNoMoreTreeletsAreMadeThanThereAre) {
+  const auto shape = test::sphere(4);
+  Bvh bvh = *build(shape.positions, shape.triangles);
+  bvh.set_update_mode(UpdateMode::hybrid);
+  ASSERT_TRUE(bvh.update(shape.positions));
+  const auto rays = test::test_rays(shape.positions, shape.triangles, 2000, 3);
+  for (int round = 0; round < 3; ++round) {
+    hits_of(bvh, rays);
+    EXPECT_GT(bvh.treelets_made(), 0u);
+    EXPECT_LE(bvh.treelets_made(), bvh.treelet_count());
+    ASSERT_TRUE(bvh.update(shape.positions, {0, uint32_t(shape.positions.size()) / 2}));
+    EXPECT_EQ(bvh.treelets_made(), 0u);
   }
 }
 

@@ -271,6 +271,92 @@ TEST(WorldUpdate, ARangeOfGivenVerticesIsAsGoodAsAll) {
   }
 }
 
+TEST(WorldUpdate, TheTopTreeMayChangeWithoutANewPose) {
+  Ball ball(false);
+  ball.world.set_update_mode(UpdateMode::lazy);
+  ASSERT_TRUE(ball.show(0, 0.5f));
+  ASSERT_TRUE(ball.world.set_pose(*ball.world.add_object(0), {}));
+  ball.world.commit();
+  ball.world.set_top_tree(TopTree::treelets);
+  ball.world.commit();
+  EXPECT_TRUE(ball.world.any_hit({.origin = vec3(0.1f, 0.2f, 5.0f)}));
+}
+
+TEST(WorldUpdate, AFrameThatIsBehindTakesTheRangeThatItMissed) {
+  Ball ball(true);
+  std::vector<vec3> at = ball.shape.positions;
+  const auto move = [&](VertexRange range) {
+    for (uint32_t i = 0; i < range.count; ++i) at[range.first + i] *= 1.5f;
+    Pose pose;
+    pose.positions = at;
+    pose.changed = range;
+    ASSERT_TRUE(ball.world.set_pose(ball.object, pose));
+  };
+  move({10, 5});
+  ball.world.stage();
+  ball.world.commit();
+  move({200, 5});
+  ball.world.commit();
+  ball.world.stage();
+  ball.world.flip();
+  EXPECT_EQ(ball.world.position(ball.object, 202), at[202]);
+  EXPECT_EQ(ball.world.validate(), "");
+}
+
+// A skin of one joint, and of another with no weight.
+TEST(WorldUpdate, WhetherAnObjectIsFiniteDoesNotDependOnTheMode) {
+  const test::Shape good = test::sphere(3);
+  test::Shape broken = good;
+  broken.positions[7].y = NAN;
+  std::vector<uint16_t> joints;
+  std::vector<float> weights;
+  for (size_t v = 0; v < good.positions.size(); ++v) {
+    joints.insert(joints.end(), {0, 1});
+    weights.insert(weights.end(), {1.0f, 0.0f});
+  }
+  const Affine still = identity_affine(), nowhere(vec3(NAN), vec3(0), vec3(0), vec3(0));
+  for (const UpdateMode mode : kModes) {
+    for (const test::Shape* shape : {&good, static_cast<const test::Shape*>(&broken)}) {
+      for (const Affine& first : {still, nowhere}) {
+        for (const Affine& second : {still, nowhere}) {
+          const Affine pose_joints[] = {first, second};
+          Pose pose, at_rest;
+          pose.joints = pose_joints;
+          at_rest.present = false;
+          World world;
+          world.set_update_mode(mode);
+          const SkinMotion motion{shape->positions, 2, joints, weights, 2};
+          const ObjectId object =
+              *world.add_object(*world.add_body({shape->triangles, motion, at_rest}));
+          ASSERT_TRUE(world.set_pose(object, pose));
+          world.commit();
+          const bool finite = shape == &good && first == still && second == still;
+          EXPECT_EQ(world.stats().objects_skipped, finite ? 0u : 1u) << name_of(mode);
+          EXPECT_EQ(world.any_hit({.origin = vec3(0.1f, 0.2f, 5.0f)}), finite) << name_of(mode);
+        }
+      }
+    }
+  }
+}
+
+TEST(WorldUpdate, VerticesOfAbsentAndRemovedObjectsAreNoTrap) {
+  const Scene scene = *make_study_scene("creature,triangles=8000");
+  ASSERT_GE(scene.objects[0].skin, 0);
+  for (const UpdateMode mode : kModes) {
+    World world = *prepare(scene, {.update = mode});
+    Pose absent;
+    absent.present = false;
+    ASSERT_TRUE(world.set_pose(0, absent));
+    const vec3 before = world.position(0, 5);
+    world.commit();
+    EXPECT_EQ(world.position(0, 5), before);
+    world.remove_object(0);
+    EXPECT_EQ(world.validate(), "");
+    ASSERT_TRUE(world.set_time(0.5));
+    EXPECT_EQ(world.stats().objects_present, scene.objects.size() - 1);
+  }
+}
+
 // What it chooses then depends on what this machine takes for each; see choose_test.cpp.
 TEST(WorldUpdate, AutomaticBeginsLazyLearnsWhatRaysReachAndSaysWhy) {
   Ball ball(false);
