@@ -13,18 +13,8 @@ constexpr double kOtherRays = 2.0;
 // A mode must promise to be so much cheaper than the last one to replace it.
 constexpr double kGain = 0.93;
 
-void learn(double ns, UpdateCosts::Cost& cost, UpdateCosts& costs) {
-  if (!(ns > 0.0)) return;
-  if (cost.measured) {
-    cost.ns += 0.5 * (ns - cost.ns);
-    return;
-  }
-  costs.scale = ns / cost.ns;
-  cost = {ns, true};
-}
-
-double ns_of(const UpdateCosts::Cost& cost, const UpdateCosts& costs) {
-  return cost.measured ? cost.ns : cost.ns * costs.scale;
+void learn(double measured, double& cost) {
+  if (measured > 0.0) cost += 0.5 * (measured - cost);
 }
 
 void learn(const UpdateOutcome& last, UpdateHistory& history) {
@@ -32,10 +22,10 @@ void learn(const UpdateOutcome& last, UpdateHistory& history) {
   if (!(last.treelets > 0.0)) return;
   const double update = last.update_ns / last.treelets;
   const double make = last.made > 0.0 ? last.make_ns / last.made : 0.0;
-  if (last.mode == UpdateMode::full) return learn(update, costs.full, costs);
+  if (last.mode == UpdateMode::full) return learn(update, costs.full);
   const bool lazy = last.mode == UpdateMode::lazy;
-  learn(update, lazy ? costs.lazy : costs.hybrid, costs);
-  learn(make, lazy ? costs.make_lazy : costs.make_hybrid, costs);
+  learn(update, lazy ? costs.lazy : costs.hybrid);
+  learn(make, lazy ? costs.make_lazy : costs.make_hybrid);
   history.choice.reached = static_cast<float>(last.made / last.treelets);
   history.rays = last.rays;
   history.ray_share = last.ray_share;
@@ -50,16 +40,13 @@ bool wants_trial(const UpdateOutcome& last, UpdateHistory& history) {
 
 double expected_ns(UpdateMode mode, double treelets, const UpdateHistory& history) {
   const UpdateCosts& costs = history.costs;
-  const auto ns = [&](const UpdateCosts::Cost& cost) { return ns_of(cost, costs); };
   const double made = history.choice.reached;
-  if (mode == UpdateMode::full) return treelets * ns(costs.full);
-  if (mode == UpdateMode::hybrid) {
-    return treelets * (ns(costs.hybrid) + made * ns(costs.make_hybrid));
-  }
+  if (mode == UpdateMode::full) return treelets * costs.full;
+  if (mode == UpdateMode::hybrid) return treelets * (costs.hybrid + made * costs.make_hybrid);
   // A body that no ray comes to has no boxes derived either.
-  const double derived = made > 0.0 ? ns(costs.lazy) : 0.0;
-  return treelets * (derived + made * ns(costs.make_lazy)) +
-         history.rays * history.ray_share * ns(costs.loose);
+  const double derived = made > 0.0 ? costs.lazy : 0.0;
+  return treelets * (derived + made * costs.make_lazy) +
+         history.rays * history.ray_share * costs.loose;
 }
 
 }  // namespace

@@ -16,20 +16,14 @@ struct UpdateChoice {
   const char* why = "no ray has come yet";
 };
 
-// Nanoseconds of one thread, a treelet, but for `loose`. They begin as guesses, in proportion to
-// each other, until they are measured.
+// Nanoseconds of one thread, a treelet, but for `loose`. They begin as guesses.
 struct UpdateCosts {
-  struct Cost {
-    double ns = 0.0;
-    bool measured = false;
-  };
-  Cost full{550.0};         // vertices, boxes and inside
-  Cost hybrid{240.0};       // vertices and box
-  Cost lazy{60.0};          // derived box
-  Cost make_hybrid{800.0};  // inside, when a ray comes
-  Cost make_lazy{1600.0};   // vertices and inside, when a ray comes
-  Cost loose{15.0};         // a ray, through derived boxes rather than exact ones
-  double scale = 1.0;       // of the guesses: how far off the first measured ones were
+  double full = 550.0;         // vertices, boxes and inside
+  double hybrid = 240.0;       // vertices and box
+  double lazy = 60.0;          // derived box
+  double make_hybrid = 800.0;  // inside, when a ray comes
+  double make_lazy = 1600.0;   // vertices and inside, when a ray comes
+  double loose = 15.0;         // a ray, through derived boxes rather than exact ones
 };
 
 // What became of the last pose.
