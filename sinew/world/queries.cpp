@@ -6,7 +6,7 @@ namespace sinew {
 namespace {
 
 // Few rays may make many treelets, so they are spread over more tasks.
-constexpr size_t kFewRays = 1024;
+constexpr size_t kFewRays = 256;
 size_t rays_per_task(size_t count) {
   return count <= kFewRays ? 32 : 1024;
 }
