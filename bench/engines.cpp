@@ -9,7 +9,7 @@ namespace {
 
 // As in World's queries.
 size_t rays_per_task(size_t count) {
-  return count <= 256 ? 32 : 1024;
+  return count <= 256 ? 32 : count <= 1024 ? 256 : 1024;
 }
 
 const char* engine_name(UpdateMode mode) {

@@ -8,7 +8,7 @@ namespace {
 // Few rays may make many treelets, so they are spread over more tasks.
 constexpr size_t kFewRays = 256;
 size_t rays_per_task(size_t count) {
-  return count <= kFewRays ? 32 : 1024;
+  return count <= kFewRays ? 32 : count <= 4 * kFewRays ? kFewRays : 1024;
 }
 
 // Calls trace(first, count, options for them) for chunks of `count` rays.
