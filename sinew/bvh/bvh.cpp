@@ -47,12 +47,13 @@ struct Bvh::Impl {
   bool staged = false;  // the other pose is to be shown next
 
   PosedBvh& now() { return poses[shown]; }
+  const PosedBvh& now() const { return poses[shown]; }
   Result<void> check_count(size_t count) const;
   UpdateMode next_mode();
   void update(std::span<const vec3> positions, bool borrowed, PosedBvh& out);
   Instance instance() const;
   void count(size_t rays) const {
-    if (rays > 1) poses[shown].rays.fetch_add(rays, std::memory_order_relaxed);
+    if (rays > 1) now().rays.fetch_add(rays, std::memory_order_relaxed);
   }
 };
 
@@ -99,7 +100,7 @@ void Bvh::Impl::update(std::span<const vec3> positions, bool borrowed, PosedBvh&
 }
 
 Instance Bvh::Impl::instance() const {
-  const PosedBvh& posed = poses[shown];
+  const PosedBvh& posed = now();
   Instance instance;
   instance.nodes = posed.bvh.nodes.data();
   if (!posed.bvh.by_links) instance.packets = posed.bvh.packets.data();
@@ -205,7 +206,7 @@ bool Bvh::any_hit(const Ray& ray) const {
 void Bvh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
                        const QueryOptions& options) const {
   impl_->count(rays.size());
-  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
+  const UpdateGate::Query running(impl_->now().gate);
   const Instance only = impl_->instance();
   sinew::closest_hits({nullptr, &only, 1}, rays, hits, options);
 }
@@ -213,25 +214,25 @@ void Bvh::closest_hits(std::span<const Ray> rays, std::span<Hit> hits,
 void Bvh::any_hits(std::span<const Ray> rays, std::span<uint8_t> hit,
                    const QueryOptions& options) const {
   impl_->count(rays.size());
-  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
+  const UpdateGate::Query running(impl_->now().gate);
   const Instance only = impl_->instance();
   sinew::any_hits({nullptr, &only, 1}, rays, hit, options);
 }
 
 void Bvh::all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options) const {
-  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
+  const UpdateGate::Query running(impl_->now().gate);
   const Instance only = impl_->instance();
   sinew::all_hits({nullptr, &only, 1}, ray, out, options);
 }
 
 std::optional<NearestPoint> Bvh::nearest_point(vec3 from, float max_distance) const {
-  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
+  const UpdateGate::Query running(impl_->now().gate);
   const Instance only = impl_->instance();
   return sinew::nearest_point({nullptr, &only, 1}, from, max_distance);
 }
 
 void Bvh::triangles_in_box(const Box& box, std::vector<TriangleId>& out) const {
-  const UpdateGate::Query running(impl_->poses[impl_->shown].gate);
+  const UpdateGate::Query running(impl_->now().gate);
   const Instance only = impl_->instance();
   sinew::triangles_in_box({nullptr, &only, 1}, box, out);
 }

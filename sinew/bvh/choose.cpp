@@ -1,7 +1,5 @@
 #include "sinew/bvh/choose.h"
 
-#include <algorithm>
-
 namespace sinew {
 namespace {
 

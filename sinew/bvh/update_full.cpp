@@ -134,12 +134,7 @@ void update_upper(const Bvh8Layout& layout, TreeletBoxes box_of, Threads threads
     const std::span<Box> some(boxes, end - begin);
     box_of(static_cast<uint32_t>(begin), some);
     for (size_t i = 0; i < some.size(); ++i) {
-      const Treelet& treelet = layout.treelets[begin + i];
-      if (layout.upper_nodes > 0) {
-        set_lane_box(out.nodes[treelet.parent_node], treelet.parent_lane, some[i]);
-      } else {
-        out.box = some[i];
-      }
+      set_treelet_box(layout, static_cast<uint32_t>(begin + i), some[i], out);
     }
   };
   const size_t count = layout.treelets.size();

@@ -50,24 +50,25 @@ struct FiniteCheck {
   }
 };
 
-// Copies a treelet's vertices to `at`: twelve bytes each, but for the last vertex of the body four
-// floats are read and written, and the next vertex covers the fourth.
+// A vertex as four floats. The fourth belongs to the next vertex; the last of all has none.
+HWY_INLINE V4 load_vertex(const UpdateJob& job, uint32_t vertex) {
+  const D4 d;
+  if (HWY_LIKELY(vertex + 1 < job.layout->vertex_count)) {
+    return hn::LoadU(d, &job.positions[vertex].x);
+  }
+  const vec3 p = job.positions[vertex];
+  alignas(16) const float padded[4] = {p.x, p.y, p.z, 0.0f};
+  return hn::Load(d, padded);
+}
+
+// Copies a treelet's vertices to `at`, four floats each, so that the next covers the fourth.
 HWY_INLINE void gather(const UpdateJob& job, const Treelet& treelet, TreeletVertices& at,
                        FiniteCheck& finite) {
-  const D4 d;
   const uint32_t* const vertices = job.layout->vertices.data() + treelet.first_vertex;
-  const uint32_t last = job.layout->vertex_count - 1;
   for (uint32_t i = 0; i < treelet.vertex_count; ++i) {
-    const uint32_t vertex = vertices[i];
-    if (HWY_UNLIKELY(vertex == last)) {
-      at[i] = job.positions[vertex];
-      at[i + 1] = vec3(0.0f);
-      finite.add(hn::LoadU(d, &at[i].x));
-    } else {
-      const V4 row = hn::LoadU(d, &job.positions[vertex].x);
-      finite.add(row);
-      hn::StoreU(row, d, &at[i].x);
-    }
+    const V4 row = load_vertex(job, vertices[i]);
+    finite.add(row);
+    hn::StoreU(row, D4(), &at[i].x);
   }
 }
 
@@ -173,22 +174,13 @@ void pack_treelet_kernel(const Bvh8Layout& layout, uint32_t treelet, const Treel
 }
 
 bool treelet_boxes_kernel(const UpdateJob& job, uint32_t begin, Box* out, size_t count) {
-  const D4 d;
   FiniteCheck finite;
-  const uint32_t last = job.layout->vertex_count - 1;
   for (size_t i = 0; i < count; ++i) {
     const Treelet& treelet = job.layout->treelets[begin + i];
     const uint32_t* const vertices = job.layout->vertices.data() + treelet.first_vertex;
     RowBox box;
     for (uint32_t k = 0; k < treelet.vertex_count; ++k) {
-      V4 row;
-      if (HWY_UNLIKELY(vertices[k] == last)) {
-        const vec3 p = job.positions[last];
-        alignas(16) const float padded[4] = {p.x, p.y, p.z, 0.0f};
-        row = hn::Load(d, padded);
-      } else {
-        row = hn::LoadU(d, &job.positions[vertices[k]].x);
-      }
+      const V4 row = load_vertex(job, vertices[k]);
       box.extend(row);
       finite.add(row);
     }

@@ -25,6 +25,17 @@ using TreeletVertices = std::array<vec3, kMaxTreeletVertices + 1>;
 // whether all their vertices are finite.
 bool make_treelets(const UpdateJob& job, uint32_t begin, uint32_t end, Box& root_box);
 
+// Puts the treelet's box where rays look for it: in the parent's lane, or, if it is the whole body,
+// in `out.box`.
+inline void set_treelet_box(const Bvh8Layout& layout, uint32_t treelet, const Box& box, Bvh8& out) {
+  const Treelet& t = layout.treelets[treelet];
+  if (layout.upper_nodes > 0) {
+    set_lane_box(out.nodes[t.parent_node], t.parent_lane, box);
+  } else {
+    out.box = box;
+  }
+}
+
 // Makes the nodes of one treelet from the positions of its own vertices, in the order of
 // Bvh8Layout::vertices, and one place more whose value does not matter. The parent is left alone.
 void make_treelet(const UpdateJob& job, uint32_t treelet, const vec3* at);

@@ -97,11 +97,7 @@ bool update_local(const Bvh8Layout& layout, std::span<const vec3> positions, Ver
       Box box;
       all &= treelet_boxes(job, t, {&box, 1});
       out.links[t] = kUnmade;
-      if (layout.upper_nodes == 0)
-        out.box = box;
-      else
-        set_lane_box(out.nodes[layout.treelets[t].parent_node], layout.treelets[t].parent_lane,
-                     box);
+      set_treelet_box(layout, t, box, out);
     }
     if (!all) finite.store(false, std::memory_order_relaxed);
   });
