@@ -74,6 +74,7 @@ UpdateMode Bvh::Impl::next_mode() {
   outcome.made = last.visited.made.load(std::memory_order_relaxed);
   outcome.rays = static_cast<double>(last.rays.load(std::memory_order_relaxed));
   outcome.update_ns = last.work.ns();
+  outcome.timed = timed_treelets(last.visited);
   outcome.make_ns = last.visited.make_work.ns();
   if (outcome.rays == 0.0 && outcome.made == 0.0) return choose_mode(false, std::nullopt, history);
   return choose_mode(false, outcome, history);

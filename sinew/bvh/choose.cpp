@@ -1,5 +1,7 @@
 #include "sinew/bvh/choose.h"
 
+#include <utility>
+
 namespace sinew {
 namespace {
 
@@ -8,22 +10,32 @@ namespace {
 constexpr uint32_t kFramesBetweenTrials = 32;
 constexpr double kOtherRays = 2.0;
 
+// So many times of treelets count half of what very many do.
+constexpr double kFewTimed = 8.0;
+
 // A mode must promise to be so much cheaper than the last one to replace it.
 constexpr double kGain = 0.93;
 
-void learn(double measured, double& cost) {
-  if (measured > 0.0) cost += 0.5 * (measured - cost);
+// Interrupted threads make times longer, never shorter: longer ones count less.
+void learn(double measured, double& cost, double weight = 1.0) {
+  if (!(measured > 0.0)) return;
+  cost += weight * (measured < cost ? 0.5 : 0.15) * (measured - cost);
 }
 
 void learn(const UpdateOutcome& last, UpdateHistory& history) {
   UpdateCosts& costs = history.costs;
   if (!(last.treelets > 0.0)) return;
-  const double update = last.update_ns / last.treelets;
-  const double make = last.made > 0.0 ? last.make_ns / last.made : 0.0;
-  if (last.mode == UpdateMode::full) return learn(update, costs.full);
   const bool lazy = last.mode == UpdateMode::lazy;
-  learn(update, lazy ? costs.lazy : costs.hybrid);
-  learn(make, lazy ? costs.make_lazy : costs.make_hybrid);
+  // A mode's first pose makes its memory, which says nothing about the next ones.
+  if (std::exchange(history.seen[static_cast<size_t>(last.mode)], true)) {
+    double& update = last.mode == UpdateMode::full ? costs.full : lazy ? costs.lazy : costs.hybrid;
+    learn(last.update_ns / last.treelets, update);
+    double& make = lazy ? costs.make_lazy : costs.make_hybrid;
+    if (last.timed > 0.0) {
+      learn(last.make_ns / last.timed, make, last.timed / (last.timed + kFewTimed));
+    }
+  }
+  if (last.mode == UpdateMode::full) return;
   history.choice.reached = static_cast<float>(last.made / last.treelets);
   history.rays = last.rays;
   history.ray_share = last.ray_share;

@@ -2,6 +2,7 @@
 // reached of it. Times are measured, so the choice may differ from run to run; hits never do.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 
@@ -34,7 +35,8 @@ struct UpdateOutcome {
   double rays = 0.0;       // traced
   double ray_share = 1.0;  // of them that came near the body, about; unknown after a full update
   double update_ns = 0.0;  // of all threads
-  double make_ns = 0.0;    // of all threads, for what rays made
+  double timed = 0.0;      // of the treelets made, those whose time was taken
+  double make_ns = 0.0;    // of all threads, for those
 };
 
 struct UpdateHistory {
@@ -42,7 +44,8 @@ struct UpdateHistory {
   UpdateCosts costs;
   double rays = 0.0;  // when `reached` was known
   double ray_share = 1.0;
-  uint32_t full_frames = 0;  // since then
+  uint32_t full_frames = 0;    // since then
+  std::array<bool, 4> seen{};  // modes
 };
 
 // The next mode. `derivable`: boxes follow from poses, so that `lazy` is to be had. No outcome: no

@@ -40,12 +40,8 @@ uint32_t visit_treelet(VisitedBody& body, uint32_t treelet) {
   if (!link.compare_exchange_strong(word, kBeingMade, std::memory_order_acquire)) {
     return word == kBeingMade ? kNoChild : word;
   }
-  // Every eighth is timed and stands for the others.
-  constexpr uint32_t kTimed = 8;
   std::optional<WorkTime::Part> timed;
-  if (body.made.fetch_add(1, std::memory_order_relaxed) % kTimed == 0) {
-    timed.emplace(body.make_work, kTimed);
-  }
+  if (is_timed(body.made.fetch_add(1, std::memory_order_relaxed))) timed.emplace(body.make_work);
   vec3* const at = body.bvh->vertices.data() + place_of(*body.layout, treelet);
   positions_of(body, treelet, at);
   at[body.layout->treelets[treelet].vertex_count] = vec3(0.0f);

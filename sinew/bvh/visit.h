@@ -33,8 +33,19 @@ struct VisitedBody {
   const ClusterBounds* clusters = nullptr;
   std::atomic<uint32_t> upper = kUnmade;  // kUnmade, kBeingMade, or the root's child word
   std::atomic<uint32_t> made = 0;         // treelets made in this pose, by rays
-  WorkTime upper_work, make_work;         // what that took, and the upper tree
+  WorkTime upper_work;                    // what the upper tree took
+  WorkTime make_work;                     // what timed_treelets() took
 };
+
+// Every eighth treelet that rays make is timed; not the first ones, which find all caches cold.
+constexpr uint32_t kTimedEvery = 8, kTimedFirst = 5;
+constexpr bool is_timed(uint32_t made_before) {
+  return made_before % kTimedEvery == kTimedFirst;
+}
+inline uint32_t timed_treelets(const VisitedBody& body) {
+  const uint32_t made = body.made.load(std::memory_order_relaxed);
+  return (made + kTimedEvery - kTimedFirst - 1) / kTimedEvery;
+}
 
 inline bool is_ready(const VisitedBody& body) {
   return body.upper.load(std::memory_order_acquire) < kBeingMade;

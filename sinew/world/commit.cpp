@@ -156,6 +156,7 @@ std::optional<UpdateOutcome> World::Impl::outcome(const Body& body, const PosedO
   out.rays = static_cast<double>(rays);
   out.ray_share = out.made / std::max(frame.made, 1.0);  // as its treelets are of all that are made
   out.update_ns = last.mode == UpdateMode::lazy ? last.visited.upper_work.ns() : last.work.ns();
+  out.timed = timed_treelets(last.visited);
   out.make_ns = last.visited.make_work.ns();
   return out;
 }

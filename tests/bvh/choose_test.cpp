@@ -23,7 +23,8 @@ struct Body {
       const bool lazy = mode == UpdateMode::lazy;
       outcome.made = share * kTreelets;
       outcome.update_ns = kTreelets * (lazy ? costs.lazy : costs.hybrid);
-      outcome.make_ns = outcome.made * (lazy ? costs.make_lazy : costs.make_hybrid);
+      outcome.timed = outcome.made / 8;
+      outcome.make_ns = outcome.timed * (lazy ? costs.make_lazy : costs.make_hybrid);
     }
     last = outcome;
     return mode;
