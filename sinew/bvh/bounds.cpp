@@ -43,6 +43,12 @@ Bounds refit(const Tree& tree, std::span<const Box> primitive_boxes) {
   return bounds;
 }
 
+std::vector<float> half_areas(const Bounds& bounds) {
+  std::vector<float> areas(bounds.size());
+  for (size_t i = 0; i < bounds.size(); ++i) areas[i] = half_area(bounds[i]);
+  return areas;
+}
+
 double sah_cost(const Tree& tree, const Bounds& bounds, const CostModel& model) {
   if (tree.empty()) return 0.0;
   const double root = half_area(bounds[Tree::kRoot]);

@@ -19,4 +19,7 @@ void triangle_boxes(std::span<const vec3> positions, std::span<const uvec3> tria
 // Bottom-up boxes of all nodes over the primitives' boxes.
 Bounds refit(const Tree& tree, std::span<const Box> primitive_boxes);
 
+// Half the surface area of each.
+std::vector<float> half_areas(const Bounds& bounds);
+
 }  // namespace sinew

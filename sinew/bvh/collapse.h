@@ -5,8 +5,8 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 
-#include "sinew/bvh/bounds.h"
 #include "sinew/bvh/tree.h"
 #include "sinew/bvh/wide.h"
 
@@ -18,9 +18,9 @@ struct WideChildren {
 };
 
 // The binary nodes (two to eight) that become the children of the inner node `node`. closed(child)
-// says which must stay whole.
+// says which must stay whole; `areas` has one value a node.
 template <class Closed>
-WideChildren open_children(const Tree& tree, const Bounds& bounds, uint32_t node,
+WideChildren open_children(const Tree& tree, std::span<const float> areas, uint32_t node,
                            const Closed& closed) {
   WideChildren out{{tree.nodes[node].left(), tree.nodes[node].right()}, 2};
   while (out.count < kWidth) {
@@ -28,7 +28,7 @@ WideChildren open_children(const Tree& tree, const Bounds& bounds, uint32_t node
     float widest_area = -1.0f;
     for (uint32_t i = 0; i < out.count; ++i) {
       if (closed(out.node[i])) continue;
-      const float area = half_area(bounds[out.node[i]]);
+      const float area = areas[out.node[i]];
       if (area > widest_area) {
         widest = i;
         widest_area = area;

@@ -11,9 +11,9 @@ namespace {
 
 class LayoutMaker {
  public:
-  LayoutMaker(const Tree& tree, const Bounds& bounds, std::span<const uvec3> triangles,
+  LayoutMaker(const Tree& tree, std::span<const float> areas, std::span<const uvec3> triangles,
               uint32_t treelet_triangles)
-      : tree_(tree), bounds_(bounds), triangles_(triangles), limit_(treelet_triangles) {
+      : tree_(tree), areas_(areas), triangles_(triangles), limit_(treelet_triangles) {
     counts_ = count_triangles();
   }
 
@@ -84,7 +84,7 @@ class LayoutMaker {
     std::vector<Task> queue = {{Tree::kRoot, new_node(), 1}};
     for (size_t next = 0; next < queue.size(); ++next) {  // breadth first: parents before children
       const Task task = queue[next];
-      const WideChildren children = open_children(tree_, bounds_, task.tree_node,
+      const WideChildren children = open_children(tree_, areas_, task.tree_node,
                                                   [&](uint32_t node) { return is_treelet(node); });
       for (uint32_t lane = 0; lane < children.count; ++lane) {
         uint32_t word;
@@ -117,7 +117,7 @@ class LayoutMaker {
       for (size_t next = 0; next < queue.size(); ++next) {
         const Task task = queue[next];
         layout_.depth = std::max(layout_.depth, task.depth + 1);
-        const WideChildren children = open_children(tree_, bounds_, task.tree_node,
+        const WideChildren children = open_children(tree_, areas_, task.tree_node,
                                                     [&](uint32_t node) { return is_leaf(node); });
         for (uint32_t lane = 0; lane < children.count; ++lane) {
           uint32_t word;
@@ -184,7 +184,7 @@ class LayoutMaker {
   }
 
   const Tree& tree_;
-  const Bounds& bounds_;
+  std::span<const float> areas_;
   std::span<const uvec3> triangles_;
   uint32_t limit_;
   std::vector<uint32_t> counts_;
@@ -222,9 +222,10 @@ size_t bytes_of(const Bvh8& bvh) {
          bvh.vertices.size() * sizeof(vec3) + bvh.links.size() * sizeof(uint32_t);
 }
 
-Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
+Result<Bvh8Layout> make_layout(const Tree& tree, std::span<const float> areas,
                                std::span<const uvec3> triangles, uint32_t vertex_count,
                                uint32_t treelet_triangles) {
+  SINEW_CHECK(areas.size() == tree.nodes.size());
   SINEW_CHECK(treelet_triangles > 0 && treelet_triangles <= kMaxTreeletTriangles);
   for (const TreeNode& node : tree.nodes) {
     if (node.is_leaf() && node.count() > kPacket * kMaxLeafPackets) {
@@ -232,7 +233,7 @@ Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
                    "build with max_leaf of at most 32"});
     }
   }
-  return LayoutMaker(tree, bounds, triangles, treelet_triangles).run(vertex_count);
+  return LayoutMaker(tree, areas, triangles, treelet_triangles).run(vertex_count);
 }
 
 Result<Bvh8Layout> build_layout(std::span<const vec3> positions, std::span<const uvec3> triangles,
@@ -250,7 +251,8 @@ Result<Bvh8Layout> build_layout(std::span<const vec3> positions, std::span<const
     if (!is_finite(box)) box = {vec3(0.0f), vec3(0.0f)};
   }
   const Tree tree = build_binned(boxes, config);
-  return make_layout(tree, refit(tree, boxes), triangles, static_cast<uint32_t>(positions.size()));
+  return make_layout(tree, half_areas(refit(tree, boxes)), triangles,
+                     static_cast<uint32_t>(positions.size()));
 }
 
 }  // namespace sinew

@@ -176,9 +176,10 @@ Box node_box(const Node8& node);  // of all its children
 size_t bytes_of(const Bvh8Layout& layout);
 size_t bytes_of(const Bvh8& bvh);
 
-// Collapses the tree, whose boxes are `bounds`, into eight-wide nodes and cuts it into treelets of
-// at most `treelet_triangles` (1 to kMaxTreeletTriangles).
-Result<Bvh8Layout> make_layout(const Tree& tree, const Bounds& bounds,
+// Collapses the tree into eight-wide nodes, the children of largest area first, and cuts it into
+// treelets of at most `treelet_triangles` (1 to kMaxTreeletTriangles). `areas`: one a node, of one
+// frame or a weighted sum over several.
+Result<Bvh8Layout> make_layout(const Tree& tree, std::span<const float> areas,
                                std::span<const uvec3> triangles, uint32_t vertex_count,
                                uint32_t treelet_triangles = 64);
 

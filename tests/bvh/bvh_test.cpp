@@ -171,7 +171,7 @@ TEST(Update, EveryInvariantHoldsAfterEveryPose) {
   triangle_boxes(shape.positions, shape.triangles, boxes);
   const Tree tree = build_binned(boxes);
   for (const uint32_t treelet : {1u, 16u, 64u, kMaxTreeletTriangles}) {
-    const Bvh8Layout layout = *make_layout(tree, refit(tree, boxes), shape.triangles,
+    const Bvh8Layout layout = *make_layout(tree, half_areas(refit(tree, boxes)), shape.triangles,
                                            static_cast<uint32_t>(shape.positions.size()), treelet);
     Bvh8 bvh;
     for (const float amount : {0.0f, 0.9f, -7.0f}) {
@@ -189,7 +189,7 @@ TEST(Update, SameBitsForAnyThreadCount) {
   std::vector<Box> boxes(shape.triangles.size());
   triangle_boxes(shape.positions, shape.triangles, boxes);
   const Tree tree = build_binned(boxes);
-  const Bvh8Layout layout = *make_layout(tree, refit(tree, boxes), shape.triangles,
+  const Bvh8Layout layout = *make_layout(tree, half_areas(refit(tree, boxes)), shape.triangles,
                                          static_cast<uint32_t>(shape.positions.size()));
   Bvh8 reference;
   update_full(layout, test::twisted(shape.positions, 0.5f), reference);
