@@ -30,8 +30,10 @@ struct AnimationTreeOptions {
   double cost_limit = 1.15;    // of a tree's average cost over that of a tree a frame
   size_t byte_budget = 0;      // of all trees of all bodies; 0: no limit
   uint32_t most_samples = 64;  // frames of the clip that are looked at
-  float camera_share = 0.0f;   // 0 to 1: how much of the cost is what `camera` sees
-  uint32_t camera = 0;         // of the scene
+  // The expected camera: world to clip space (camera_frames.h) in a pose. `view_share` of the cost
+  // is that of its primary rays; 0: only random rays count.
+  std::function<mat4(const ScenePose&)> view{};
+  float view_share = 0.0f;
   bool derived_boxes = false;  // the upper tree suits the boxes that update mode `lazy` derives
   std::function<bool(const TreeProgress&)> on_step{};  // false ends a body's optimisation early
 };

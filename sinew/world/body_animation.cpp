@@ -50,7 +50,10 @@ AnimatedBoxes body_animation(const Scene& scene, const SceneBody& body, int clip
     ScenePose pose;
     sample(scene, clip, time, pose);
     const int32_t object = object_in_frame(body, pose, frame);
-    if (object < 0 && deforms(motion)) return std::ranges::fill(boxes, Box());
+    if (object < 0 && deforms(motion)) {
+      std::ranges::fill(boxes, Box());
+      return;
+    }
     const Pose& at = object < 0 ? Pose() : pose.objects[static_cast<size_t>(object)];
     std::vector<vec3> positions(vertex_count(motion));
     parallel_for(positions.size(), kVerticesPerTask, [&](size_t begin, size_t end) {
