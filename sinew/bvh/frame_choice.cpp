@@ -15,9 +15,9 @@ namespace sinew {
 namespace {
 
 constexpr uint32_t kMostCandidates = 96;  // frames between which distances are measured
-constexpr uint32_t kSample = 1024;         // primitives of the small trees
-constexpr double kLeastGain = 1e-3;        // of another medoid, of the average cost
-constexpr size_t kBuffers = 8;             // frames that are held at once while they are sampled
+constexpr uint32_t kSample = 1024;        // primitives of the small trees
+constexpr double kLeastGain = 1e-3;       // of another medoid, of the average cost
+constexpr size_t kBuffers = 8;            // frames that are held at once while they are sampled
 
 bool is_there(const Box& box) {
   return !box.empty() && is_finite(box);

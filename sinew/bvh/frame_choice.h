@@ -14,7 +14,7 @@ namespace sinew {
 
 // An animation as seen by a builder: frames, and the boxes of all primitives in any of them.
 // boxes(frame, out) must be callable from several threads at once; it may leave boxes that are not
-// finite, and may throw nothing.
+// finite, and must not throw.
 struct AnimatedBoxes {
   uint32_t primitive_count = 0;
   std::vector<double> times;    // seconds, or whatever the caller likes; rising along one clip

@@ -57,7 +57,7 @@ double SegmentSearch::cost_of(const Tree& tree, uint32_t frame) const {
   return sah_cost(tree, refit(tree, model_.frames[frame]), config_.optimize.cost);
 }
 
-SegmentSearch::Estimate SegmentSearch::estimate(Interval interval) const {
+SegmentSearch::Estimate SegmentSearch::estimate(Interval interval, Effort effort) const {
   const std::vector<uint32_t> chosen =
       evenly_spread(interval.first, interval.last, config_.representatives);
   FrameBoxes representatives;
@@ -72,7 +72,8 @@ SegmentSearch::Estimate SegmentSearch::estimate(Interval interval) const {
   }
 
   Estimate out;
-  out.tree = build_over_frames(representatives, config_.optimize);
+  out.tree = effort == Effort::build ? build_over_frames(representatives, config_.optimize)
+                                     : build_optimized(representatives, config_.optimize);
   for (uint32_t f = interval.first; f <= interval.last; ++f) {
     out.cost += model_.weights[f] * cost_of(out.tree, f);
   }
@@ -80,19 +81,19 @@ SegmentSearch::Estimate SegmentSearch::estimate(Interval interval) const {
 }
 
 void SegmentSearch::estimate_intervals() {
-  const size_t count = most();
+  const size_t count = part_count();
   interval_costs_.assign(count * count, 0.0);
   parallel_for(count * count, 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const size_t first = i / count, last = i % count;
       if (first > last) continue;
-      interval_costs_[i] = estimate({parts_[first], parts_[last + 1] - 1}).cost;
+      interval_costs_[i] = estimate({parts_[first], parts_[last + 1] - 1}, Effort::build).cost;
     }
   });
 }
 
 void SegmentSearch::find_coarse_cuts(uint32_t most_segments) {
-  const uint32_t count = most();
+  const uint32_t count = part_count();
   coarse_.assign(1, std::vector<double>(interval_costs_.begin(), interval_costs_.begin() + count));
   before_.assign(1, std::vector<uint32_t>(count, 0));
   for (uint32_t segments = 2; segments <= std::min(most_segments, count); ++segments) {
@@ -115,7 +116,7 @@ void SegmentSearch::find_coarse_cuts(uint32_t most_segments) {
 
 std::vector<SegmentSearch::Interval> SegmentSearch::coarse_cut(uint32_t segments) const {
   std::vector<Interval> cut;
-  uint32_t end = most();
+  uint32_t end = part_count();
   for (uint32_t s = segments; s > 0; --s) {
     const uint32_t first = before_[s - 1][end - 1];
     cut.push_back({parts_[first], parts_[end] - 1});
@@ -159,7 +160,7 @@ Cut SegmentSearch::best_cut(uint32_t segments) const {
   const auto estimate_all = [&](const std::vector<Interval>& intervals) {
     std::vector<Estimate> out(intervals.size());
     parallel_for(out.size(), 1, [&](size_t begin, size_t end) {
-      for (size_t i = begin; i < end; ++i) out[i] = estimate(intervals[i]);
+      for (size_t i = begin; i < end; ++i) out[i] = estimate(intervals[i], Effort::optimize);
     });
     return out;
   };
@@ -177,8 +178,8 @@ Cut SegmentSearch::best_cut(uint32_t segments) const {
     estimates = std::move(candidate_estimates);
   }
   Cut out;
-  for (const Interval& interval : cut) out.first_frames.push_back(frames_[interval.first]);
   out.cost = total(estimates);
+  for (const Interval& interval : cut) out.first_frames.push_back(frames_[interval.first]);
   return out;
 }
 

@@ -22,21 +22,20 @@ class SegmentSearch {
   // The times of the animation must not fall.
   SegmentSearch(const AnimatedBoxes& animation, const SegmentConfig& config);
 
-  // The most segments into which the model can be cut.
-  uint32_t most() const { return static_cast<uint32_t>(parts_.size()) - 1; }
+  // The most segments into which the model can be cut, and may.
+  uint32_t most() const { return static_cast<uint32_t>(coarse_.size()); }
   double rebuild_cost() const { return rebuild_cost_; }
 
-  // The cheapest cut into 1..most() segments at the boundaries, by dynamic programming; without
-  // moving boundaries to frames.
-  double coarse_cost(uint32_t segments) const { return coarse_[segments - 1].back(); }
-
-  // The same, with every boundary moved to the frame that suits its neighbours' trees best.
+  // The cheapest cut into 1..most() segments: at the boundaries by dynamic programming over trees
+  // that are only built, then with optimised trees and every boundary moved to the frame that suits
+  // its neighbours best.
   Cut best_cut(uint32_t segments) const;
 
  private:
   struct Interval {
     uint32_t first, last;  // frames of the model
   };
+  enum class Effort { build, optimize };
   struct Estimate {
     Tree tree;
     double cost = 0.0;  // sum of weight * cost over the interval's frames
@@ -47,7 +46,8 @@ class SegmentSearch {
   std::vector<Interval> coarse_cut(uint32_t segments) const;
   std::vector<Interval> moved(const std::vector<Interval>& cut,
                               const std::vector<Estimate>& estimates) const;
-  Estimate estimate(Interval interval) const;
+  Estimate estimate(Interval interval, Effort effort) const;
+  uint32_t part_count() const { return static_cast<uint32_t>(parts_.size()) - 1; }
   double cost_of(const Tree& tree, uint32_t frame) const;
 
   SegmentConfig config_;

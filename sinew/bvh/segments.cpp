@@ -33,6 +33,23 @@ double ratio(std::span<const Segment> segments) {
   return rebuild > 0.0 ? average_cost(segments) / rebuild : 1.0;
 }
 
+// The small model's cuts, made when asked for.
+struct Model {
+  explicit Model(SegmentSearch made) : search(std::move(made)) {}
+
+  const Cut& cut(uint32_t segments) {
+    while (cuts.size() < segments) {
+      cuts.push_back(search.best_cut(static_cast<uint32_t>(cuts.size()) + 1));
+    }
+    return cuts[segments - 1];
+  }
+  // By how much the cut is dearer than new trees, as a share of these.
+  double excess(uint32_t segments) { return cut(segments).cost / search.rebuild_cost() - 1.0; }
+
+  SegmentSearch search;
+  std::vector<Cut> cuts;  // into 1, 2, ...
+};
+
 class Cutter {
  public:
   Cutter(const AnimatedBoxes& animation, const SegmentConfig& config, uint32_t most_segments)
@@ -53,23 +70,18 @@ class Cutter {
   std::vector<Segment> run() {
     std::vector<Segment> best = make_segments({0});
     if (most_segments_ == 1 || is_good_enough(best)) return best;
-    SegmentConfig model_config = config_;
-    model_config.most_segments = most_segments_;
-    const SegmentSearch search(animation_, model_config);
-    std::vector<double> models;
-    for (uint32_t s = 1; s <= std::min(most_segments_, search.most()); ++s) {
-      models.push_back(search.coarse_cost(s));
-    }
-    if (!(search.rebuild_cost() > 0.0)) return best;
-    for (double& cost : models) cost = cost / search.rebuild_cost() - 1.0;
+    SegmentConfig search_config = config_;
+    search_config.most_segments = most_segments_;
+    Model model(SegmentSearch(animation_, search_config));
+    if (!(model.search.rebuild_cost() > 0.0)) return best;
 
     double measured = ratio(best);
     uint32_t segments = 1;
-    for (int cuts = 0; cuts < kMostCuts; ++cuts) {
-      const uint32_t next = next_count(models, segments, measured);
+    for (int tries = 0; tries < kMostCuts; ++tries) {
+      const uint32_t next = next_count(model, segments, measured);
       if (next == segments) break;
       segments = next;
-      std::vector<Segment> cut = make_segments(search.best_cut(segments).first_frames);
+      std::vector<Segment> cut = make_segments(model.cut(segments).first_frames);
       measured = ratio(cut);
       const bool good = is_good_enough(cut);
       if (good || worth(measured, segments) < worth(ratio(best), best.size())) {
@@ -91,15 +103,15 @@ class Cutter {
   }
 
   // How many segments to try next, more than now, or as many as now if no more are worth it.
-  // models: by how much the model's cost exceeds its rebuild's, for 1, 2, ... segments; `measured`
-  // is what the ratio really is for as many as now. Both shrink in proportion, more or less.
-  uint32_t next_count(std::span<const double> models, uint32_t segments, double measured) const {
-    const double model = std::max(models[segments - 1], 1e-3);
-    const double trust = std::max((measured - 1.0) / model, 0.1);
+  // `measured` is what the ratio really is for as many as now: what the model's ratio exceeds 1 by
+  // tells more of how much cuts gain than of how much full trees cost.
+  uint32_t next_count(Model& model, uint32_t segments, double measured) const {
+    const double trust = std::max((measured - 1.0) / std::max(model.excess(segments), 1e-3), 0.1);
     uint32_t best = segments;
     double best_worth = worth(measured, segments);
-    for (uint32_t s = segments + 1; s <= models.size(); ++s) {
-      const double expected = 1.0 + trust * std::max(models[s - 1], 0.0);
+    // Two more trees without a gain: others will not help either.
+    for (uint32_t s = segments + 1; s <= std::min(model.search.most(), best + 2); ++s) {
+      const double expected = 1.0 + trust * std::max(model.excess(s), 0.0);
       if (expected <= config_.cost_limit) return s;
       if (worth(expected, s) < best_worth) {
         best_worth = worth(expected, s);

@@ -60,11 +60,12 @@ double average_rebuild_cost(std::span<const Segment> segments);
 // Which segment is shown at a time; there must be one.
 size_t segment_at(std::span<const Segment> segments, double time);
 
-// By about how much the memory of a body grows for `trees` of `primitive_count` triangles: what
-// bytes_of(Bvh8Layout) says of them. Buffers of poses are not counted, as only one tree is in use
-// at a time. Nodes of eight cost 32 bytes, packets of four triangles 32, and treelets list their
-// vertices; measured on meshes it is kBytesATriangle within a quarter.
-inline constexpr size_t kBytesATriangle = 32;
+// By about how much memory grows for `trees` of a body with `primitive_count` triangles and one
+// object: bytes_of() of the layout, and of one pose with everything made, since an object keeps the
+// boxes of trees that rest. Connected meshes take 80 bytes a triangle and tree (15 in the layout,
+// 27 in nodes of the pose, 38 in packed triangles), and scattered triangles, which fill packets
+// badly, up to 200. Further objects of the same body take their poses once more.
+inline constexpr size_t kBytesATriangle = 96;
 size_t bytes_of_trees(uint32_t primitive_count, size_t trees = 1);
 
 }  // namespace sinew
