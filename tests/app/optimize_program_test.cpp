@@ -45,7 +45,7 @@ TEST(OptimizeProgram, MakesTreesThatDrawTheSamePicture) {
 TEST(OptimizeProgram, WhatDoesNotFitIsMadeAnewOrRefused) {
   TemporaryFolder folder;
   const std::string tree = folder.path("other.tree"), picture = folder.path("a.png");
-  ASSERT_EQ(run_sinew({"optimize", "study:twist,triangles=400", "-o", tree}).exit_code, 0);
+  ASSERT_EQ(run_sinew({"optimize", "study:twist,triangles=1000", "-o", tree}).exit_code, 0);
   const std::string bytes = slurp(tree);
   const Outcome other = run_sinew(render(picture, tree));
   EXPECT_EQ(other.exit_code, 0) << other.err;

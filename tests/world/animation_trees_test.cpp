@@ -80,7 +80,7 @@ TEST_P(AnimationTreesTest, HitsAreThoseOfBuiltTrees) {
 }
 
 TEST(AnimationTrees, ServeAScatteringBodyBetter) {
-  const Scene scene = *make_study_scene("soup,triangles=4000");
+  const Scene scene = *make_study_scene("soup,triangles=2000");
   const AnimationTrees one = *optimize_trees(scene, {});
   AnimationTreeOptions options;
   options.most_segments = 4;
@@ -112,7 +112,7 @@ TEST(AnimationTrees, FitOneSceneAndClipOnly) {
 }
 
 TEST(AnimationTrees, RefuseWhatMakesNoSense) {
-  Scene scene = *make_study_scene("twist,triangles=400");
+  Scene scene = *make_study_scene("twist,triangles=1000");
   EXPECT_FALSE(optimize_trees(scene, {.clip = "nothing"}));
   EXPECT_FALSE(optimize_trees(scene, {.frames = 0}));
   EXPECT_FALSE(optimize_trees(scene, {.most_segments = 0}));
@@ -140,7 +140,7 @@ TEST(AnimationTrees, EndWhenTheCallerSaysSo) {
 
 TEST(AnimationKey, TellsAnimationsApart) {
   const auto key_after = [](auto change) {
-    Scene scene = *make_study_scene("creature,triangles=2000");
+    Scene scene = *make_study_scene("creature,triangles=8000");
     change(scene);
     return animation_key(scene);
   };
@@ -158,7 +158,7 @@ TEST(AnimationKey, TellsAnimationsApart) {
 }
 
 TEST(BodyAnimation, ShowsTheObjectsInTurn) {
-  const Scene scene = *make_study_scene("herd,count=3,triangles=400,terrain=1000");
+  const Scene scene = *make_study_scene("herd,count=3,triangles=2000,terrain=2000");
   ScenePose pose;
   sample(scene, 0, 0.2, pose);
   for (const SceneBody& body : scene_bodies(scene)) {
@@ -176,7 +176,7 @@ TEST(BodyAnimation, ShowsTheObjectsInTurn) {
 
 // The upper part gets cheaper where derived boxes are concerned, and everything stays in it.
 TEST(DerivedUpper, SuitsDerivedBoxes) {
-  const Scene scene = *make_study_scene("creature,triangles=20000");
+  const Scene scene = *make_study_scene("creature,triangles=80000");
   const std::vector<SceneBody> bodies = scene_bodies(scene);
   const auto body = *std::ranges::find_if(bodies, [](const SceneBody& b) { return b.skinned; });
   const Mesh& mesh = scene.meshes[body.mesh];
