@@ -49,6 +49,10 @@ struct Bvh::Impl {
   PosedBvh& now() { return poses[shown]; }
   const PosedBvh& now() const { return poses[shown]; }
   Result<void> check_count(size_t count) const;
+  void show_built(std::span<const vec3> positions) {
+    update_full(layout, positions, now().bvh);
+    built_cost = upper_cost(layout, now().bvh);
+  }
   UpdateMode next_mode();
   void update(std::span<const vec3> positions, bool borrowed, PosedBvh& out);
   Instance instance() const;
@@ -123,10 +127,29 @@ Result<Bvh> build(std::span<const vec3> positions, std::span<const uvec3> triang
                   const BuildConfig& config) {
   SINEW_CHECKED(check_finite(positions));
   Bvh bvh;
-  Bvh::Impl& impl = *bvh.impl_;
-  SINEW_TRY(impl.layout, build_layout(positions, triangles, config));
-  update_full(impl.layout, positions, impl.now().bvh);
-  impl.built_cost = upper_cost(impl.layout, impl.now().bvh);
+  SINEW_TRY(bvh.impl_->layout, build_layout(positions, triangles, config));
+  bvh.impl_->show_built(positions);
+  return bvh;
+}
+
+Result<Bvh> build(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                  const Tree& tree, std::span<const float> areas) {
+  SINEW_CHECKED(check_finite(positions));
+  SINEW_CHECKED(check_triangles(triangles, positions.size()));
+  const auto count = static_cast<uint32_t>(triangles.size());
+  if (const std::string problem = validate(tree, count); !problem.empty()) {
+    return fail({ErrorKind::bad_input, "", "tree", problem, "build it for these triangles"});
+  }
+  std::vector<float> own;
+  if (areas.empty()) {
+    std::vector<Box> boxes(count);
+    triangle_boxes(positions, triangles, boxes);
+    own = half_areas(refit(tree, boxes));
+  }
+  Bvh bvh;
+  SINEW_TRY(bvh.impl_->layout, make_layout(tree, areas.empty() ? own : areas, triangles,
+                                           static_cast<uint32_t>(positions.size())));
+  bvh.impl_->show_built(positions);
   return bvh;
 }
 

@@ -72,6 +72,8 @@ class Bvh {
 
  private:
   friend Result<Bvh> build(std::span<const vec3>, std::span<const uvec3>, const BuildConfig&);
+  friend Result<Bvh> build(std::span<const vec3>, std::span<const uvec3>, const Tree&,
+                           std::span<const float>);
   struct Impl;
   Bvh();
   std::unique_ptr<Impl> impl_;
@@ -81,5 +83,11 @@ class Bvh {
 // triangles, a position that is not finite.
 Result<Bvh> build(std::span<const vec3> positions, std::span<const uvec3> triangles,
                   const BuildConfig& config = {});
+
+// The same with a tree that the caller has, over the triangles in their order, such as one that was
+// optimised for an animation. `areas` orders the children of eight-wide nodes (make_layout()); if
+// empty, those of `positions`. Errors also: a tree that does not fit, a leaf of more than 32.
+Result<Bvh> build(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                  const Tree& tree, std::span<const float> areas = {});
 
 }  // namespace sinew

@@ -236,15 +236,20 @@ Result<Bvh8Layout> make_layout(const Tree& tree, std::span<const float> areas,
   return LayoutMaker(tree, areas, triangles, treelet_triangles).run(vertex_count);
 }
 
-Result<Bvh8Layout> build_layout(std::span<const vec3> positions, std::span<const uvec3> triangles,
-                                const BuildConfig& config) {
+Result<void> check_triangles(std::span<const uvec3> triangles, size_t vertex_count) {
   for (size_t i = 0; i < triangles.size(); ++i) {
     const uvec3 t = triangles[i];
-    if (t.x >= positions.size() || t.y >= positions.size() || t.z >= positions.size()) {
+    if (t.x >= vertex_count || t.y >= vertex_count || t.z >= vertex_count) {
       return fail({ErrorKind::bad_input, "", "triangle " + std::to_string(i),
                    "it refers to a vertex that does not exist", "check the index list"});
     }
   }
+  return {};
+}
+
+Result<Bvh8Layout> build_layout(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                                const BuildConfig& config) {
+  SINEW_CHECKED(check_triangles(triangles, positions.size()));
   std::vector<Box> boxes(triangles.size());
   triangle_boxes(positions, triangles, boxes);
   for (Box& box : boxes) {

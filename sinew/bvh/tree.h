@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <vector>
 
 namespace sinew {
@@ -31,5 +32,10 @@ struct Tree {
 
   bool empty() const { return nodes.empty(); }
 };
+
+// Whether it is a tree over exactly `primitive_count` primitives: every node but the root has one
+// parent, which stands before it, and every primitive is in one leaf. Empty text if so, else what
+// is wrong.
+std::string validate(const Tree& tree, uint32_t primitive_count);
 
 }  // namespace sinew

@@ -183,9 +183,12 @@ Result<Bvh8Layout> make_layout(const Tree& tree, std::span<const float> areas,
                                std::span<const uvec3> triangles, uint32_t vertex_count,
                                uint32_t treelet_triangles = 64);
 
+// An error if a triangle refers to a vertex that does not exist.
+Result<void> check_triangles(std::span<const uvec3> triangles, size_t vertex_count);
+
 // From triangles to a layout in one step: binned SAH over `positions`, then make_layout. Triangles
-// that are not finite there get a place all the same, for they may be finite later. An error if a
-// triangle refers to a vertex that does not exist.
+// that are not finite there get a place all the same, for they may be finite later. Errors: those
+// of check_triangles().
 Result<Bvh8Layout> build_layout(std::span<const vec3> positions, std::span<const uvec3> triangles,
                                 const BuildConfig& config);
 
