@@ -33,6 +33,13 @@ struct Tree {
   bool empty() const { return nodes.empty(); }
 };
 
+// A tree for a part of an animation.
+struct TimedTree {
+  double begin = 0.0;        // seconds; serves until the next one begins; the first one also before
+  Tree tree;
+  std::vector<float> areas;  // one a node: orders the children of eight-wide nodes (make_layout)
+};
+
 // Whether it is a tree over exactly `primitive_count` primitives: every node but the root has one
 // parent, which stands before it, and every primitive is in one leaf. Empty text if so, else what
 // is wrong.

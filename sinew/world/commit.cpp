@@ -32,7 +32,18 @@ bool same_shape(const Motion& motion, const PosedObject& posed, const Pose& pose
 // are all looked at again.
 bool is_part(const Body& body, const PosedObject& posed, const Pose& pose) {
   return std::holds_alternative<FreeMotion>(body.motion) && posed.shaped && posed.finite &&
-         pose.changed.count < body.layout.vertex_count;
+         pose.changed.count < tree_of(body, posed).layout.vertex_count;
+}
+
+// Puts the boxes of the other tree in place; those of this one are kept.
+void change_tree(const Body& body, uint32_t tree, PosedObject& posed) {
+  if (posed.tree == tree) return;
+  posed.resting.resize(body.trees.size());
+  std::swap(posed.bvh, posed.resting[posed.tree]);
+  std::swap(posed.bvh, posed.resting[tree]);
+  posed.tree = tree;
+  posed.shaped = false;
+  posed.way = {};
 }
 
 void copy_pose(const Motion& motion, const Pose& from, PosedObject& to) {
@@ -68,8 +79,8 @@ bool is_finite_pose(const Pose& pose) {
 // The body's derived box; false if it would hide that something is not finite.
 bool derive_box(const Body& body, PosedObject& posed) {
   if (!is_finite_pose(posed.pose)) return false;
-  posed.local_box = derive_body_bounds(body.clusters, body.motion, posed.pose);
-  return body.layout.treelets.empty() || is_finite(posed.local_box);
+  posed.local_box = derive_body_bounds(tree_of(body, posed).clusters, body.motion, posed.pose);
+  return tree_of(body, posed).layout.treelets.empty() || is_finite(posed.local_box);
 }
 
 bool is_shown(const Object& object, const PosedObject& posed) {
@@ -80,11 +91,12 @@ bool is_shown(const Object& object, const PosedObject& posed) {
 Instance instance_of(const Object& object, ObjectId id, const Body& body, PosedObject& posed) {
   Bvh8& bvh = body.deforms ? posed.bvh : const_cast<Bvh8&>(body.bvh);
   const bool visits = body.deforms && posed.mode != UpdateMode::full;
+  const Bvh8Layout& layout = tree_of(body, posed).layout;
   return {.nodes = bvh.nodes.data(),
           .packets = visits ? nullptr : bvh.packets.data(),
-          .corners = body.layout.packet_corners.data(),
+          .corners = layout.packet_corners.data(),
           .vertices = bvh.vertices.data(),
-          .primitives = body.layout.packet_primitives.data(),
+          .primitives = layout.packet_primitives.data(),
           .root = bvh.root,
           .body = visits ? &posed.visited : nullptr,
           .to_object = posed.to_object,
@@ -100,12 +112,13 @@ Instance instance_of(const Object& object, ObjectId id, const Body& body, PosedO
 
 // Derived boxes if `lazy`, else the vertices and what the mode makes of them.
 void World::Impl::update_shape(const Body& body, PosedObject& posed) {
+  const BodyTree& tree = tree_of(body, posed);
   VisitedBody& visited = posed.visited;
-  visited.layout = &body.layout;
+  visited.layout = &tree.layout;
   visited.bvh = &posed.bvh;
   visited.motion = &body.motion;
   visited.pose = &posed.pose;
-  visited.clusters = &body.clusters;
+  visited.clusters = &tree.clusters;
   visited.made.store(0, std::memory_order_relaxed);
   visited.upper_work.reset();
   visited.make_work.reset();
@@ -115,8 +128,8 @@ void World::Impl::update_shape(const Body& body, PosedObject& posed) {
   posed.shaped = true;
   if (posed.mode == UpdateMode::lazy && derive_box(body, posed)) {
     visited.positions = nullptr;
-    reserve(body.layout, posed.bvh);
-    const bool eager = body.layout.treelets.size() > kEagerTreelets;
+    reserve(tree.layout, posed.bvh);
+    const bool eager = tree.layout.treelets.size() > kEagerTreelets;
     if (eager || top_tree == TopTree::treelets) visit_upper(visited, Threads::all);
     return;
   }
@@ -125,18 +138,19 @@ void World::Impl::update_shape(const Body& body, PosedObject& posed) {
   if (posed.positions.empty()) all_positions(body.motion, posed.pose, posed.positions, &posed.work);
   visited.positions = posed.positions.data();
   posed.finite = posed.mode == UpdateMode::full
-                     ? update_full(body.layout, posed.positions, posed.bvh, &posed.work)
-                     : update_hybrid(body.layout, posed.positions, posed.bvh, &posed.work);
+                     ? update_full(tree.layout, posed.positions, posed.bvh, &posed.work)
+                     : update_hybrid(tree.layout, posed.positions, posed.bvh, &posed.work);
   posed.local_box = posed.bvh.box;
   visited.upper.store(posed.bvh.root, std::memory_order_release);
 }
 
 // Of given vertices, those that differ from the pose before.
 void World::Impl::update_part(const Body& body, const Pose& pose, PosedObject& posed) {
+  const Bvh8Layout& layout = tree_of(body, posed).layout;
   const auto from = pose.positions.begin() + pose.changed.first;
   std::copy_n(from, pose.changed.count, posed.positions.begin() + pose.changed.first);
-  if (posed.way.first.empty()) posed.way = find_way_up(body.layout);
-  posed.finite &= update_local(body.layout, posed.positions, pose.changed, posed.way, posed.bvh);
+  if (posed.way.first.empty()) posed.way = find_way_up(layout);
+  posed.finite &= update_local(layout, posed.positions, pose.changed, posed.way, posed.bvh);
   posed.local_box = posed.bvh.box;
   posed.pose.changed = pose.changed;
   posed.visited.made.store(0, std::memory_order_relaxed);
@@ -150,7 +164,7 @@ std::optional<UpdateOutcome> World::Impl::outcome(const Body& body, const PosedO
   const uint64_t rays = frame.rays.load(std::memory_order_relaxed);
   UpdateOutcome out;
   out.mode = last.mode;
-  out.treelets = static_cast<double>(body.layout.treelets.size());
+  out.treelets = static_cast<double>(tree_of(body, last).layout.treelets.size());
   out.made = last.visited.made.load(std::memory_order_relaxed);
   if (!last.shaped || (rays == 0 && out.made == 0.0)) return std::nullopt;
   out.rays = static_cast<double>(rays);
@@ -189,6 +203,7 @@ void World::Impl::update_object(WorldFrame& frame, const WorldFrame& other, Obje
   }
   posed.in_place = posed.placement == identity_affine();
   posed.to_object = posed.in_place ? identity_affine() : inverse_affine(posed.placement);
+  if (body.deforms) change_tree(body, object.tree, posed);
   posed.changed = body.deforms && !same_shape(body.motion, posed, pose);
   if (is_next && is_part(body, posed, pose)) {
     update_part(body, pose, posed);
@@ -258,17 +273,18 @@ void World::Impl::build_top_tree(WorldFrame& frame) {
     if (object.alive && posed.present && !posed.finite) ++frame.stats.objects_skipped;
     if (!is_shown(object, posed)) continue;
     const Body& body = bodies[object.body];
+    const Bvh8Layout& layout = tree_of(body, posed).layout;
     const auto index = static_cast<uint32_t>(frame.instances.size());
     frame.instances.push_back(instance_of(object, id, body, posed));
     frame.box.extend(padded(posed, posed.box));
-    if (top_tree == TopTree::objects || !body.deforms || body.layout.upper_nodes == 0) {
+    if (top_tree == TopTree::objects || !body.deforms || layout.upper_nodes == 0) {
       frame.boxes.push_back(padded(posed, posed.box));
       frame.leaves.push_back({index});
       continue;
     }
     // The top tree, or what is shown, may have changed since the pose came.
     if (posed.mode != UpdateMode::full) visit_upper(posed.visited, Threads::all);
-    for (const Treelet& treelet : body.layout.treelets) {
+    for (const Treelet& treelet : layout.treelets) {
       const Node8& parent = posed.bvh.nodes[treelet.parent_node];
       const Box local = lane_box(parent, treelet.parent_lane);
       if (local.empty()) continue;

@@ -21,6 +21,12 @@ ObjectDesc describe(const Scene& scene, const Mesh& mesh) {
           .single_sided = all_single_sided};
 }
 
+uint32_t tree_at(const Body& body, double seconds) {
+  uint32_t tree = 0;
+  while (tree + 1 < body.trees.size() && body.trees[tree + 1].begin <= seconds) ++tree;
+  return tree;
+}
+
 }  // namespace
 
 Result<int> find_clip(const Scene& scene, const std::string& name) {
@@ -84,6 +90,7 @@ Result<void> World::Impl::pose_at(World& world, WorldFrame& frame, double second
   sample(*scene, clip, seconds, frame.pose);
   for (size_t i = 0; i < frame.pose.objects.size(); ++i) {
     if (!objects[i].alive) continue;
+    objects[i].tree = tree_at(body_of(static_cast<ObjectId>(i)), seconds);
     SINEW_CHECKED(world.set_pose(static_cast<ObjectId>(i), frame.pose.objects[i]));
   }
   return {};

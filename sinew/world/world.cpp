@@ -53,6 +53,35 @@ ClusterBounds clusters_of(const Motion& motion, const Bvh8Layout& layout) {
   return make_cluster_bounds(motion, {first, layout.vertices});
 }
 
+Result<BodyTree> given_tree(const BodyDesc& desc, const TimedTree& given, uint32_t vertices) {
+  const auto count = static_cast<uint32_t>(desc.triangles.size());
+  std::string problem = validate(given.tree, count);
+  if (given.areas.size() != given.tree.nodes.size()) problem = "it has not one area a node";
+  if (!problem.empty()) {
+    return fail({ErrorKind::bad_input, "", "tree", problem, "build it for this body's triangles"});
+  }
+  BodyTree tree{.begin = given.begin, .layout = {}, .clusters = {}};
+  SINEW_TRY(tree.layout, make_layout(given.tree, given.areas, desc.triangles, vertices));
+  return tree;
+}
+
+// Those that are given, or one that is built for the positions.
+Result<std::vector<BodyTree>> trees_of(const BodyDesc& desc, std::span<const vec3> positions) {
+  const auto vertices = static_cast<uint32_t>(positions.size());
+  SINEW_CHECKED(check_triangles(desc.triangles, vertices));
+  std::vector<BodyTree> trees;
+  for (const TimedTree& given : desc.trees) {
+    if (!trees.empty() && !(given.begin > trees.back().begin)) {
+      return fail({ErrorKind::usage, "", "trees", "their times do not rise", "sort them"});
+    }
+    SINEW_TRY(trees.emplace_back(), given_tree(desc, given, vertices));
+  }
+  if (trees.empty()) {
+    SINEW_TRY(trees.emplace_back().layout, build_layout(positions, desc.triangles, desc.build));
+  }
+  return trees;
+}
+
 }  // namespace
 
 void all_positions(const Motion& motion, const Pose& pose, std::vector<vec3>& out, WorkTime* work) {
@@ -92,9 +121,11 @@ Result<BodyId> World::add_body(const BodyDesc& desc) {
     all_positions(desc.motion, desc.build_pose, at);
   }
   for (const vec3 p : at) body.built_box.extend(p);
-  SINEW_TRY(body.layout, build_layout(at, desc.triangles, desc.build));
-  if (!body.deforms) update_full(body.layout, at, body.bvh);
-  if (body.derivable) body.clusters = clusters_of(body.motion, body.layout);
+  SINEW_TRY(body.trees, trees_of(desc, at));
+  if (!body.deforms) update_full(body.trees.front().layout, at, body.bvh);
+  for (BodyTree& tree : body.trees) {
+    if (body.derivable) tree.clusters = clusters_of(body.motion, tree.layout);
+  }
   impl_->bodies.push_back(std::move(body));
   return static_cast<BodyId>(impl_->bodies.size() - 1);
 }
@@ -161,6 +192,18 @@ Result<void> World::set_pose(ObjectId id, const Pose& pose) {
   return {};
 }
 
+Result<void> World::use_tree(ObjectId id, uint32_t tree) {
+  Object& object = impl_->object(id);
+  const size_t count = impl_->bodies[object.body].trees.size();
+  if (tree >= count) {
+    return fail({ErrorKind::usage, "", "object " + std::to_string(id),
+                 "its body has no tree " + std::to_string(tree),
+                 "it has " + std::to_string(count) + ", counted from 0"});
+  }
+  object.tree = tree;
+  return {};
+}
+
 Box World::box() const {
   return impl_->now().box;
 }
@@ -223,9 +266,10 @@ UpdateStats World::stats() const {
     const Body& body = impl_->body_of(instance.object);
     if (!body.deforms) continue;
     const PosedObject& posed = impl_->now().objects[instance.object];
-    stats.treelets += body.layout.treelets.size();
+    const size_t treelets = tree_of(body, posed).layout.treelets.size();
+    stats.treelets += treelets;
     stats.treelets_made += posed.mode == UpdateMode::full
-                               ? body.layout.treelets.size()
+                               ? treelets
                                : posed.visited.made.load(std::memory_order_relaxed);
   }
   return stats;
@@ -242,7 +286,8 @@ std::string World::validate() const {
     if (instance.body != nullptr && !is_ready(*instance.body)) continue;
     std::vector<vec3> at(vertex_count(body.motion));
     impl_->positions(id, 0, at);
-    const std::string problem = sinew::validate(body.layout, impl_->bvh_of(id), at, body.triangles);
+    const Bvh8Layout& layout = tree_of(body, impl_->posed(id)).layout;
+    const std::string problem = sinew::validate(layout, impl_->bvh_of(id), at, body.triangles);
     if (!problem.empty()) return "object " + std::to_string(id) + ": " + problem;
   }
   return {};

@@ -31,9 +31,10 @@ using ObjectId = uint32_t;  // one appearance of a body; what Hit::object says
 
 struct BodyDesc {
   std::span<const uvec3> triangles;
-  Motion motion;    // views must outlive the world
-  Pose build_pose;  // the pose for which the tree is built; if it is not present, at rest
-  BuildConfig build{};
+  Motion motion;        // views must outlive the world
+  Pose build_pose;      // the pose for which the tree is built; if it is not present, at rest
+  BuildConfig build{};  // of the tree, where none is given
+  std::span<const TimedTree> trees{};  // instead of one that is built; by rising times
 };
 
 struct ObjectDesc {
@@ -96,6 +97,10 @@ class World {
   // The pose counts from the next commit; its spans must live until then. An error if it does not
   // fit the body's motion.
   Result<void> set_pose(ObjectId object, const Pose& pose);
+
+  // Which of its body's trees the object is traced by, from its next pose on: 0 unless said. Worlds
+  // made by prepare() choose by time.
+  Result<void> use_tree(ObjectId object, uint32_t tree);
 
   // Brings every object to its pose, then the top tree. Must not overlap queries.
   void commit();

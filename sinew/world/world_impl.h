@@ -18,14 +18,20 @@
 
 namespace sinew {
 
+// How a body is traced in a part of its animation.
+struct BodyTree {
+  double begin = 0.0;  // see TimedTree
+  Bvh8Layout layout;
+  ClusterBounds clusters;  // one a treelet, if boxes can be derived
+};
+
 // What stays the same while things move.
 struct Body {
   std::span<const uvec3> triangles;
   Motion motion;
-  Bvh8Layout layout;
-  Bvh8 bvh;                // of rigid bodies, shared by all their objects
-  ClusterBounds clusters;  // one a treelet, if boxes can be derived
-  Box built_box;           // of the vertices that the tree was built for
+  std::vector<BodyTree> trees;  // at least one
+  Bvh8 bvh;                     // of rigid bodies, shared by all their objects
+  Box built_box;                // of the vertices that the tree was built for
   bool deforms = false;
   bool derivable = false;
 };
@@ -36,6 +42,7 @@ struct Object {
   ObjectDesc desc;
   bool alive = true;
   Pose pose;              // spans are valid only while fresh
+  uint32_t tree = 0;      // of the body's, that counts from the next commit
   bool fresh = false;     // the pose counts from the next commit
   uint32_t version = 0;   // of the pose; 0: none yet
   UpdateHistory history;  // of mode `automatic`
@@ -55,16 +62,22 @@ struct PosedObject {
   bool changed = false;  // by the last update
   bool finite = true;
   UpdateMode mode = UpdateMode::full;
+  uint32_t tree = 0;  // of the body's, that `bvh` belongs to
   Box local_box;
   Pose pose;  // views of these copies:
   std::vector<Affine> joints;
   std::vector<float> weights;
   std::vector<vec3> positions;  // of all vertices; of lazy objects empty
   Bvh8 bvh;
+  std::vector<Bvh8> resting;  // of the body's other trees, kept for when they come back
   VisitedBody visited;
   WorkTime work;  // of the update
   WayUp way;      // of objects that were updated in part
 };
+
+inline const BodyTree& tree_of(const Body& body, const PosedObject& posed) {
+  return body.trees[posed.tree];
+}
 
 // One state of the world. There are two, so that one can be posed while rays are traced through the
 // other.

@@ -55,8 +55,9 @@ TEST(BvhFromTree, HitsWhatTheBuiltOneHits) {
     const Ray ray{.origin = from, .direction = random.uniform3(-1.0f, 1.0f) - from};
     const std::optional<Hit> a = built.closest_hit(ray), b = given.closest_hit(ray);
     ASSERT_EQ(a.has_value(), b.has_value());
-    if (a) ASSERT_EQ(a->primitive, b->primitive);
-    if (a) ASSERT_EQ(a->t, b->t);
+    if (!a) continue;
+    ASSERT_EQ(a->primitive, b->primitive);
+    ASSERT_EQ(a->t, b->t);
   }
 }
 
