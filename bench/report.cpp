@@ -61,6 +61,7 @@ std::string limit_text(const json& figure, const char* name) {
 }
 
 std::string figures_table(const json& figures) {
+  if (figures.empty()) return "";
   constexpr const char* kClasses[] = {"goal", "floor", "missed", ""};
   std::string out =
       "<h2>Figures</h2>\n<table>\n<tr><th>figure</th><th class=\"n\">value</th>"

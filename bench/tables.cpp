@@ -103,6 +103,7 @@ std::string bench_head(const json& report) {
 }
 
 std::string figures_text(const json& figures) {
+  if (figures.empty()) return "";
   std::string out =
       fmt::format("\n{:<19}{:>8} {:>9} {:>9}  {}\n", "figure", "value", "goal", "floor", "");
   for (const json& f : figures) {

@@ -50,8 +50,8 @@ std::vector<TsahScene> chosen_scenes(const TsahOptions& options, json& skipped) 
       if (is_there(scene)) {
         out.push_back(std::move(scene));
       } else {
-        skipped.push_back(fmt::format("{}: {} is not there (say where with --data)", scene.name,
-                                      scene.input));
+        skipped.push_back(
+            fmt::format("{}: {} is not there (say where with --data)", scene.name, scene.input));
       }
     }
   };

@@ -72,15 +72,15 @@ TsahCommand define_tsah(CLI::App& bench) {
       "rays and eight for ambient occlusion at every hit.\n\n"
       "Examples:\n"
       "  sinew bench tsah --report report.html\n"
-      "  sinew bench tsah --scene museum,fracture --only costs --reference\n"
+      "  sinew bench tsah --scene museum fracture --only costs --reference\n"
       "  sinew bench tsah --scene all --json report.json --report report.html\n");
   CLI::App& c = *command;
   c.add_option("--scene", o.scenes,
                fmt::format("all, files, study:NAME, or of: {} (default: {})", scene_names(false),
                            scene_names(true)));
-  c.add_option("--only", o.only,
-               fmt::format("Measure only these, after commas: {}",
-                           fmt::join(bench::tsah_parts(), ", ")))
+  c.add_option(
+       "--only", o.only,
+       fmt::format("Measure only these, after commas: {}", fmt::join(bench::tsah_parts(), ", ")))
       ->delimiter(',');
   c.add_flag("--reference", o.reference, "Measure T's own algorithm too: one thread, minutes");
   c.add_option("--limit", o.most_seconds,

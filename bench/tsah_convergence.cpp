@@ -59,8 +59,8 @@ Line ours(const FrameBoxes& frames, uint32_t exponent, const std::string& name) 
   return line;
 }
 
-Line theirs(const Tree& start, const FrameBoxes& frames, TsahConfig config,
-            const std::string& name, double most_seconds) {
+Line theirs(const Tree& start, const FrameBoxes& frames, TsahConfig config, const std::string& name,
+            double most_seconds) {
   Line line{name, {}, {}};
   config.on_batch = [&](const TsahStep& step) {
     line.add(step.seconds, step.costs);
@@ -85,16 +85,17 @@ void measure_convergence(const TsahScene& scene, const FlatClip& clip, const Tsa
   }
   if (!options.reference) return;
   const Tree start = sweep_tree(frames);
-  constexpr std::array kSelections = {std::pair(TsahSelection::metropolis_hastings, "T, Metropolis-Hastings"),
-                                      std::pair(TsahSelection::sorted_batch, "T, sorted batch"),
-                                      std::pair(TsahSelection::random, "T, random")};
+  constexpr std::array kSelections = {
+      std::pair(TsahSelection::metropolis_hastings, "T, Metropolis-Hastings"),
+      std::pair(TsahSelection::sorted_batch, "T, sorted batch"),
+      std::pair(TsahSelection::random, "T, random")};
   for (const auto& [selection, name] : kSelections) {
     add("convergence_selection",
         theirs(start, frames, {.selection = selection}, name, options.most_seconds));
   }
   for (const double k : {0.0, 2.0, 4.0}) {
-    add("convergence_exponent", theirs(start, frames, {.exponent = k}, fmt::format("T k={}", k),
-                                       options.most_seconds));
+    add("convergence_exponent",
+        theirs(start, frames, {.exponent = k}, fmt::format("T k={}", k), options.most_seconds));
   }
 }
 

@@ -102,8 +102,10 @@ json cost_row(const TsahScene& scene, const FlatClip& clip, const CostLine& line
               {"average_common", average(line, rebuilt)},
               {"note", line.note}};
   if (const PaperCost* const paper = paper_cost(scene.name, line.method)) {
-    row["paper"] = {{"scene", paper->theirs},       {"same_input", paper->same},
-                    {"build_s", paper->seconds},    {"average", paper->average},
+    row["paper"] = {{"scene", paper->theirs},
+                    {"same_input", paper->same},
+                    {"build_s", paper->seconds},
+                    {"average", paper->average},
                     {"maximum", paper->maximum}};
   }
   return row;
@@ -183,8 +185,8 @@ void add_cost_figures(const json& rows, json& figures) {
     };
     const double ours = common(kTsah), rebuilt = common(kSahRebuild), first = common(kSahFirst);
     const bool scatters = m.motion == "scattering";
-    const double over_single = cost_of(rows, m.scene, kSahBest, "average") /
-                               cost_of(rows, m.scene, kTsah, "average");
+    const double over_single =
+        cost_of(rows, m.scene, kSahBest, "average") / cost_of(rows, m.scene, kTsah, "average");
     if (m.motion == "moderate") moderate.add(m.scene, ours / rebuilt);
     if (scatters) recovered.add(m.scene, (first - ours) / (first - rebuilt));
     single.add(m.scene, over_single);
@@ -210,8 +212,8 @@ void add_cost_figures(const json& rows, json& figures) {
         "cost of SAH*, the best single frame's tree, over T-SAH's; the least");
   }
   if (!single_scattering.values.empty()) {
-    add("best_single_frame_scattering", geometric_mean(single_scattering.values),
-        single_scattering, "the same, geometric mean of the scattering scenes");
+    add("best_single_frame_scattering", geometric_mean(single_scattering.values), single_scattering,
+        "the same, geometric mean of the scattering scenes");
   }
 }
 

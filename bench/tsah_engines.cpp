@@ -23,8 +23,7 @@ class RefitEngine final : public FrameEngine {
 
   Result<void> build(const MethodTrees& method, const FlatScene& scene) {
     for (const TreePart& part : method.parts) {
-      SINEW_TRY(Bvh bvh,
-                sinew::build(scene.positions, scene.triangles, part.traced, part.areas));
+      SINEW_TRY(Bvh bvh, sinew::build(scene.positions, scene.triangles, part.traced, part.areas));
       begins_.push_back(part.begin);
       bvhs_.push_back(std::move(bvh));
     }
@@ -68,8 +67,8 @@ class RebuildEngine final : public FrameEngine {
       return;
     }
     triangle_boxes(frame_->positions, frame_->triangles, boxes_);
-    const HlbvhConfig config{.sah_bits = how_ == Rebuild::hlbvh_sah ? 15u : 0u};
-    bvh_ = must(build(frame_->positions, frame_->triangles, build_hlbvh(boxes_, config)));
+    const HlbvhSplit split = how_ == Rebuild::hlbvh_sah ? HlbvhSplit::sah : HlbvhSplit::median;
+    bvh_ = must(build(frame_->positions, frame_->triangles, build_hlbvh(boxes_, split)));
   }
   std::vector<Call> calls(TriangleTest test) const override { return our_calls(*bvh_, test); }
 

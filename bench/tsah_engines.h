@@ -37,9 +37,9 @@ Result<std::unique_ptr<FrameEngine>> make_refit_engine(const MethodTrees& method
                                                        const FlatScene& scene);
 
 enum class Rebuild : uint8_t {
-  best,        // T's SAH-rebuild: the update is not counted
-  binned,      // our own default builder
-  hlbvh_med,   // T's opponents
+  best,       // T's SAH-rebuild: the update is not counted
+  binned,     // our own default builder
+  hlbvh_med,  // T's opponents
   hlbvh_sah,
 };
 std::unique_ptr<FrameEngine> make_rebuild_engine(Rebuild how, const FlatScene& scene);

@@ -311,8 +311,8 @@ struct Ratios {
   }
   void write(const char* name, const char* note, json& figures) const {
     if (values.empty()) return;
-    figures.push_back(figure(name, geometric_mean(values),
-                             fmt::format("{}, geometric mean: {}", note, words)));
+    figures.push_back(
+        figure(name, geometric_mean(values), fmt::format("{}, geometric mean: {}", note, words)));
   }
 };
 
@@ -351,10 +351,10 @@ void add_frame_figures(const json& rows, json& figures) {
     const json* const segments = frame_row(rows, scene, test, kSegmentsAuto);
     const json* const rebuilt = frame_row(rows, scene, test, kSahRebuild);
     if (segments == nullptr || rebuilt == nullptr) continue;
-    regret.add(scene,
-               (*segments)["trace_ms"].get<double>() / (*rebuilt)["trace_ms"].get<double>());
+    regret.add(scene, (*segments)["trace_ms"].get<double>() / (*rebuilt)["trace_ms"].get<double>());
   }
-  full.write("frame_full", "best of Embree's modes over T-SAH, update and 11 rays a pixel", figures);
+  full.write("frame_full", "best of Embree's modes over T-SAH, update and 11 rays a pixel",
+             figures);
   if (!full.values.empty()) {
     figures.push_back(figure("frame_full_least", *std::ranges::min_element(full.values),
                              "the same, the scene where it is least"));

@@ -9,6 +9,7 @@
 #include "sinew/bvh/build.h"
 #include "sinew/bvh/optimize.h"
 #include "sinew/bvh/segments.h"
+#include "sinew/bvh/tsah_reference.h"
 
 namespace sinew::bench {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 constexpr CostModel kPaperCost{};              // c_T = 3, c_I = 2
 constexpr CostModel kTracedCost{2.0f, 0.25f};  // a node, and a packet of four triangles: 1
 constexpr uint32_t kMostInLeaf = 8;
-constexpr uint32_t kSegmentFrames = 50;  // that segments are chosen from
+constexpr uint32_t kSegmentFrames = 50;                      // that segments are chosen from
 constexpr double kLargeScene = 5e5, kMiddlingScene = 1.5e5;  // triangles
 
 template <class Make>
@@ -30,9 +31,8 @@ MethodTrees one_tree(std::string name, const FrameBoxes& frames, uint32_t expone
 }
 
 MethodTrees tsah(std::string name, const FrameBoxes& frames, uint32_t exponent) {
-  return one_tree(std::move(name), frames, exponent, [&] {
-    return build_optimized(frames, OptimizeConfig{.exponent = exponent});
-  });
+  return one_tree(std::move(name), frames, exponent,
+                  [&] { return build_optimized(frames, OptimizeConfig{.exponent = exponent}); });
 }
 
 std::vector<double> weights_of(const Tree& deep, const FrameBoxes& frames, uint32_t exponent) {
@@ -43,6 +43,15 @@ double average(std::span<const double> costs) {
   double sum = 0.0;
   for (const double cost : costs) sum += cost;
   return sum / double(std::max<size_t>(costs.size(), 1));
+}
+
+// T's own algorithm.
+void add_reference(const FlatClip& clip, uint32_t representatives, std::vector<MethodTrees>& out) {
+  const FrameBoxes frames = boxes_at(clip, even_frames(representatives));
+  for (const uint32_t k : {0u, 2u, 4u}) {
+    out.push_back(one_tree(fmt::format("T-SAH reference k={}", k), frames, k,
+                           [&] { return build_tsah(frames, TsahConfig{.exponent = double(k)}); }));
+  }
 }
 
 // The tree of a single frame that costs least over the animation. The middle frame is among the
@@ -58,9 +67,9 @@ MethodTrees best_over_time(const FlatClip& clip) {
     Tree deep;
     double cost = 0.0;
     out.seconds += 1e-3 * milliseconds([&] {
-      deep = best_tree_of_frame(frame);
-      cost = average(frame_costs(deep, judged, kPaperCost));
-    });
+                     deep = best_tree_of_frame(frame);
+                     cost = average(frame_costs(deep, judged, kPaperCost));
+                   });
     if (!out.parts.empty() && cost >= least) continue;
     least = cost, where = u;
     out.parts = {finish(deep, frame, 0, 0.0)};
@@ -83,15 +92,16 @@ MethodTrees thirds(const FlatClip& clip, uint32_t representatives) {
   return out;
 }
 
-MethodTrees automatic_segments(const FlatClip& clip, uint32_t representatives) {
+Result<MethodTrees> automatic_segments(const FlatClip& clip, uint32_t representatives) {
   MethodTrees out{.name = std::string(kSegmentsAuto)};
   const AnimatedBoxes animation = clip.animation(kSegmentFrames);
-  std::vector<Segment> segments;
+  Result<std::vector<Segment>> segments;
   out.seconds = 1e-3 * milliseconds([&] {
-    segments =
-        cut_into_segments(animation, {.representatives = representatives, .most_segments = 4});
-  });
-  for (const Segment& segment : segments) {
+                  segments = cut_into_segments(
+                      animation, {.representatives = representatives, .most_segments = 4});
+                });
+  if (!segments) return fail(std::move(segments).error());
+  for (const Segment& segment : *segments) {
     out.parts.push_back(finish(segment.tree, segment.frames, 0, segment.begin));
     out.note += fmt::format("{}{:.2f}", out.note.empty() ? "begin at " : ", ", segment.begin);
   }
@@ -156,7 +166,7 @@ TreePart finish(const Tree& deep, const FrameBoxes& frames, uint32_t exponent, d
   return out;
 }
 
-std::vector<MethodTrees> make_methods(const FlatClip& clip, const MethodConfig& config) {
+Result<std::vector<MethodTrees>> make_methods(const FlatClip& clip, const MethodConfig& config) {
   std::vector<MethodTrees> out;
   add_single_frame_trees(clip, out);
   const uint32_t few = config.representatives, many = 2 * few;
@@ -166,10 +176,13 @@ std::vector<MethodTrees> make_methods(const FlatClip& clip, const MethodConfig& 
       out.push_back(tsah(fmt::format("T-SAH k={}", k), frames, k));
     }
   }
-  out.push_back(tsah(fmt::format("{}, {} frames", kTsah, many), boxes_at(clip, even_frames(many)), 0));
+  out.push_back(
+      tsah(fmt::format("{}, {} frames", kTsah, many), boxes_at(clip, even_frames(many)), 0));
+  if (config.reference) add_reference(clip, few, out);
   if (config.segments) {
     out.push_back(thirds(clip, few));
-    out.push_back(automatic_segments(clip, few));
+    SINEW_TRY(MethodTrees automatic, automatic_segments(clip, few));
+    out.push_back(std::move(automatic));
   }
   return out;
 }

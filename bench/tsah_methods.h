@@ -18,17 +18,17 @@ namespace sinew::bench {
 
 // A tree, and from when on it counts.
 struct TreePart {
-  double begin = 0.0;        // u of the clip
-  Tree tree;                 // leaves as T's cost model wants them: what Table 1 is about
-  Tree traced;               // leaves as packets of four triangles want them
-  std::vector<float> areas;  // of the nodes of `traced`, for the eight-wide layout
+  double begin = 0.0;             // u of the clip
+  Tree tree = {};                 // leaves as T's cost model wants them: what table 1 is about
+  Tree traced = {};               // leaves as packets of four triangles want them
+  std::vector<float> areas = {};  // of the nodes of `traced`, for the eight-wide layout
 };
 
 struct MethodTrees {
   std::string name;
-  double seconds = 0.0;         // wall time to make the trees, from the boxes of the frames
-  std::vector<TreePart> parts;  // one tree, or some that follow each other
-  std::string note;
+  double seconds = 0.0;              // wall time to make the trees, from the boxes of the frames
+  std::vector<TreePart> parts = {};  // one tree, or some that follow each other
+  std::string note = {};
 
   const TreePart& at(double u) const;
 };
@@ -62,7 +62,7 @@ Tree best_tree_of_frame(const FrameBoxes& frame);
 Tree cost_leaves(const Tree& deep, const FrameBoxes& frames, uint32_t exponent);
 TreePart finish(const Tree& deep, const FrameBoxes& frames, uint32_t exponent, double begin);
 
-std::vector<MethodTrees> make_methods(const FlatClip& clip, const MethodConfig& config);
+Result<std::vector<MethodTrees>> make_methods(const FlatClip& clip, const MethodConfig& config);
 
 // nullptr if there is none.
 const MethodTrees* find(std::span<const MethodTrees> methods, std::string_view name);

@@ -21,6 +21,7 @@ namespace {
 constexpr uint32_t kPictureWidth = 480, kPictureHeight = 360;
 constexpr uint32_t kCutParts = 50;  // nodes of the cut have less than this part of the triangles
 constexpr uint32_t kLeastNode = 8;  // triangles
+constexpr std::array<double, 2> kPictureFrames = {0.0, 0.75};
 
 // The topmost nodes with less than `limit` triangles, and which of them each triangle is in.
 struct Cut {
@@ -40,8 +41,7 @@ std::vector<uint32_t> node_sizes(const Tree& tree) {
   }
   for (size_t i = order.size(); i-- > 0;) {
     const TreeNode& node = tree.nodes[order[i]];
-    sizes[order[i]] =
-        node.is_leaf() ? node.count() : sizes[node.left()] + sizes[node.right()];
+    sizes[order[i]] = node.is_leaf() ? node.count() : sizes[node.left()] + sizes[node.right()];
   }
   return sizes;
 }
@@ -86,28 +86,48 @@ vec3 part_color(uint32_t part) {
   return {channel(0.0f), channel(4.0f), channel(2.0f)};
 }
 
-Image8 paint_parts(const FlatScene& flat, const Bvh& bvh, const CameraView& camera,
-                   const Cut& cut) {
-  Image8 image{kPictureWidth, kPictureHeight, {}};
-  image.pixels.assign(size_t{4} * kPictureWidth * kPictureHeight, 0);
+// Which parts have a triangle that moves.
+std::vector<uint8_t> moving_parts(const Cut& cut, std::span<const uint8_t> moves) {
+  std::vector<uint8_t> out(cut.nodes.size(), 0);
+  for (size_t t = 0; t < moves.size(); ++t) out[cut.part_of[t]] |= moves[t];
+  return out;
+}
+
+std::vector<Ray> picture_rays(const CameraView& camera) {
   const CameraRays ray_of(camera, kPictureWidth, kPictureHeight);
-  std::vector<Ray> rays(size_t{kPictureWidth} * kPictureHeight);
+  std::vector<Ray> rays;
   for (uint32_t y = 0; y < kPictureHeight; ++y) {
     for (uint32_t x = 0; x < kPictureWidth; ++x) {
-      rays[size_t{y} * kPictureWidth + x] = ray_of(float(x) + 0.5f, float(y) + 0.5f);
+      rays.push_back(ray_of(float(x) + 0.5f, float(y) + 0.5f));
     }
   }
+  return rays;
+}
+
+// What a picture shows: the triangles that move, all others would hide them.
+struct Shown {
+  std::vector<uint8_t> moves;     // one a triangle of the scene
+  std::vector<uint32_t> numbers;  // of those that move
+  std::vector<uvec3> triangles;   // those
+};
+
+Image8 paint_parts(const FlatScene& flat, const Shown& shown, const Bvh& bvh,
+                   const CameraView& camera, const Cut& cut) {
+  Image8 image{kPictureWidth, kPictureHeight, {}};
+  image.pixels.assign(size_t{4} * kPictureWidth * kPictureHeight, 0);
+  const std::vector<Ray> rays = picture_rays(camera);
   std::vector<Hit> hits(rays.size());
   bvh.closest_hits(rays, hits);
   for (size_t i = 0; i < rays.size(); ++i) {
     if (!hits[i]) continue;
-    const uvec3 t = flat.triangles[hits[i].primitive];
+    const uvec3 t = shown.triangles[hits[i].primitive];
     const vec3 a = flat.positions[t.x];
     const vec3 normal = cross(flat.positions[t.y] - a, flat.positions[t.z] - a);
     const float size = length(normal);
     const float facing =
         size > 0.0f ? std::abs(dot(normal, normalize(rays[i].direction))) / size : 0.0f;
-    const vec3 color = part_color(cut.part_of[hits[i].primitive]) * (0.3f + 0.7f * facing);
+    const uint32_t part = cut.part_of[shown.numbers[hits[i].primitive]];
+    const vec3 color = part_color(part) * (0.3f + 0.7f * facing);
     for (int c = 0; c < 3; ++c) {
       image.pixels[4 * i + size_t(c)] = static_cast<uint8_t>(255.0f * std::min(color[c], 1.0f));
     }
@@ -163,12 +183,13 @@ std::string box_lines(const CameraView& camera, const Box& box, vec3 color) {
                      int(255.0f * color.x), int(255.0f * color.y), int(255.0f * color.z));
 }
 
-Result<std::string> picture(const FlatClip& clip, const Bvh& bvh, const CameraView& camera,
-                            const Tree& tree, const std::string& words) {
+Result<std::string> picture(const FlatClip& clip, const Shown& shown, const Bvh& bvh,
+                            const CameraView& camera, const Tree& tree, const std::string& words) {
   const FlatScene& flat = clip.flat();
   const Cut cut = cut_tree(tree, std::max(clip.triangle_count() / kCutParts, kLeastNode));
+  const std::vector<uint8_t> moves = moving_parts(cut, shown.moves);
   SINEW_TRY(const std::vector<uint8_t> png,
-            encode_png(paint_parts(flat, bvh, camera, cut), "picture"));
+            encode_png(paint_parts(flat, shown, bvh, camera, cut), "picture"));
   std::vector<Box> boxes(flat.triangles.size());
   triangle_boxes(flat.positions, flat.triangles, boxes);
   const Bounds bounds = refit(tree, boxes);
@@ -178,28 +199,60 @@ Result<std::string> picture(const FlatClip& clip, const Bvh& bvh, const CameraVi
       "<g fill=\"none\" stroke-width=\"0.8\" stroke-opacity=\"0.7\">\n",
       kPictureWidth, kPictureHeight, base64(png));
   for (uint32_t i = 0; i < cut.nodes.size(); ++i) {
-    out += box_lines(camera, bounds[cut.nodes[i]], part_color(i));
+    if (moves[i]) out += box_lines(camera, bounds[cut.nodes[i]], part_color(i));
   }
   return out + fmt::format("</g></svg><br><span class=\"note\">{}: {} boxes</span></td>\n",
-                           escape_markup(words), cut.nodes.size());
+                           escape_markup(words), std::ranges::count(moves, uint8_t{1}));
+}
+
+// The triangles that are elsewhere later on; all if none is.
+Shown moving_triangles(const FlatClip& clip) {
+  std::vector<Box> first(clip.triangle_count()), later(first.size());
+  Shown out;
+  std::vector<uint8_t>& moves = out.moves;
+  moves.assign(first.size(), 0);
+  clip.boxes(0.0, first);
+  for (const double u : kPictureFrames) {
+    clip.boxes(u, later);
+    for (size_t t = 0; t < moves.size(); ++t) {
+      moves[t] |= uint8_t{first[t].min != later[t].min || first[t].max != later[t].max};
+    }
+  }
+  if (std::ranges::count(moves, uint8_t{1}) == 0) std::ranges::fill(moves, uint8_t{1});
+  for (uint32_t t = 0; t < moves.size(); ++t) {
+    if (!moves[t]) continue;
+    out.numbers.push_back(t);
+    out.triangles.push_back(clip.triangles()[t]);
+  }
+  return out;
+}
+
+// Sees all that moves.
+CameraView picture_camera(const FlatScene& flat, const Shown& shown) {
+  Box box;
+  for (const uvec3 t : shown.triangles) {
+    for (int k = 0; k < 3; ++k) box.extend(flat.positions[t[k]]);
+  }
+  return frame_box(box, vec3(0.5f, 0.35f, 1.0f), 0.6f,
+                   float(kPictureWidth) / float(kPictureHeight));
 }
 
 }  // namespace
 
 Result<std::string> tree_pictures(const TsahScene& scene, FlatClip& clip,
                                   std::span<const MethodTrees> methods) {
+  const Shown shown = moving_triangles(clip);
   std::string out = fmt::format("<h3>{}</h3>\n<table>\n", escape_markup(scene.name));
-  for (const double u : {0.0, 0.75}) {
+  for (const double u : kPictureFrames) {
     clip.set(u);
-    const CameraView camera = clip.camera(float(kPictureWidth) / float(kPictureHeight));
-    SINEW_TRY(const Bvh bvh, build(clip.flat().positions, clip.flat().triangles));
+    const CameraView camera = picture_camera(clip.flat(), shown);
+    SINEW_TRY(const Bvh bvh, build(clip.flat().positions, shown.triangles));
     out += "<tr>\n";
     for (const std::string_view name : {kSahFirst, kTsah}) {
       const MethodTrees* const method = find(methods, name);
       if (method == nullptr) continue;
-      SINEW_TRY(const std::string cell,
-                picture(clip, bvh, camera, method->at(u).tree,
-                        fmt::format("{} at {:.0f}%", name, 100.0 * u)));
+      SINEW_TRY(const std::string cell, picture(clip, shown, bvh, camera, method->at(u).tree,
+                                                fmt::format("{} at {:.0f}%", name, 100.0 * u)));
       out += cell;
     }
     out += "</tr>\n";

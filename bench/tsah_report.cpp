@@ -44,7 +44,7 @@ std::string scene_head(const json& rows, std::string_view table, const std::stri
 }
 
 std::string paper_text(const json& row) {
-  if (!row.contains("paper")) return "";
+  if (!row.contains("paper")) return fmt::format("{:24}", "");
   const json& paper = row["paper"];
   return fmt::format("{:8.1f} {:7.0f} {:7.0f}", paper["build_s"].get<double>(),
                      paper["average"].get<double>(), paper["maximum"].get<double>());
@@ -53,7 +53,8 @@ std::string paper_text(const json& row) {
 std::string paper_head(const json& rows, const std::string& scene) {
   for (const json& row : rows) {
     if (row["table"] != "tsah_cost" || row["scene"] != scene || !row.contains("paper")) continue;
-    return fmt::format("  T's {}{}", row["paper"]["scene"].get<std::string>(),
+    return fmt::format("  s, average, maximum in T's {}{}",
+                       row["paper"]["scene"].get<std::string>(),
                        row["paper"]["same_input"].get<bool>() ? "" : " (not the same input)");
   }
   return "";
@@ -77,15 +78,17 @@ std::string ratio_text(const json& rows, const std::string& scene) {
 std::string costs_text(const json& rows) {
   std::string out;
   for (const std::string& scene : scenes_of(rows, "tsah_cost")) {
-    out += fmt::format("\n{}\n{:<28} {:>8} {:>8} {:>8} {:>7} {:>24}\n",
+    const std::string paper = paper_head(rows, scene);
+    out += fmt::format("\n{}\n{:<28} {:>8} {:>8} {:>8} {:>7} {}\n",
                        scene_head(rows, "tsah_cost", scene), "cost over the animation", "build s",
-                       "average", "maximum", "frames", paper_head(rows, scene));
+                       "average", "maximum", "frames", paper);
     each_row(rows, "tsah_cost", scene, [&](const json& row) {
-      out += fmt::format("{:<28} {:8.2f} {:8.1f} {:8.1f} {:7} {:>24}  {}\n",
+      const std::string note = row["note"];
+      out += fmt::format("{:<28} {:8.2f} {:8.1f} {:8.1f} {:7}{}{}{}\n",
                          row["method"].get<std::string>(), row["build_s"].get<double>(),
                          row["average"].get<double>(), row["maximum"].get<double>(),
-                         row["frames"].get<size_t>(), paper_text(row),
-                         row["note"].get<std::string>());
+                         row["frames"].get<size_t>(), paper.empty() ? "" : paper_text(row),
+                         note.empty() ? "" : "  ", note);
     });
     out += ratio_text(rows, scene);
   }
@@ -171,8 +174,7 @@ std::string plots(const json& rows, std::string_view table, const PlotWords& wor
       if (row.contains("test") && row["test"] != "fast") return;
       const std::string name = row["method"];
       if (row["x"].empty()) return;
-      plot.lines.push_back(
-          {name, color_of(name), name.starts_with("embree"), row["x"], row["y"]});
+      plot.lines.push_back({name, color_of(name), name.starts_with("embree"), row["x"], row["y"]});
     });
     out += svg(plot);
   }
@@ -206,9 +208,10 @@ std::string tsah_page(const TsahReport& report) {
   body += plots(rows, "convergence_exponent",
                 {"Convergence: exponents", "seconds", "average cost", false});
   if (!report.pictures.empty()) {
-    body += "<h2>Trees</h2>\n<p>Nodes with less than a fiftieth of the triangles: what is in one "
-            "of them has one colour, and lies in its box.</p>\n" +
-            report.pictures;
+    body +=
+        "<h2>Trees</h2>\n<p>Nodes with less than a fiftieth of the triangles: what is in one "
+        "of them has one colour, and lies in its box. Only what moves is shown.</p>\n" +
+        report.pictures;
   }
   return html_page(report.json, body);
 }

@@ -6,6 +6,7 @@
 
 #include "bench/copies.h"
 #include "sinew/io/load.h"
+#include "sinew/world/world.h"
 
 namespace sinew::bench {
 namespace {
@@ -29,6 +30,17 @@ const std::array<TsahScene, 13> kScenes = {{
     {"pigman", "skinned/pigman/pigman.glb", SceneMotion::moderate, true},
 }};
 
+// "study:fracture,triangles=20000" scatters as the fracture of the list does.
+SceneMotion motion_of_study(std::string_view input) {
+  const std::string_view study = input.substr(0, input.find(','));
+  for (const TsahScene& scene : kScenes) {
+    if (std::string_view(scene.input).substr(0, scene.input.find(',')) == study) {
+      return scene.motion;
+    }
+  }
+  return SceneMotion::unknown;
+}
+
 Result<Scene> load_scene(const std::string& input) {
   SINEW_TRY(Scene scene, load(input));
   if (!input.ends_with("/pigman.glb")) return scene;
@@ -48,7 +60,7 @@ std::span<const TsahScene> tsah_scenes() {
 
 TsahScene find_tsah_scene(const std::string& name, const std::string& data) {
   const auto found = std::ranges::find(kScenes, name, &TsahScene::name);
-  if (found == kScenes.end()) return {name, name};
+  if (found == kScenes.end()) return {name, name, motion_of_study(name)};
   TsahScene scene = *found;
   if (scene.is_data) scene.input = data + "/" + scene.input;
   // The art piece has 1,024 triangles in the file, and 65,536 in T and in L.
@@ -61,8 +73,8 @@ Result<FlatClip> FlatClip::open(const TsahScene& scene) {
   SINEW_TRY(Scene loaded, load_scene(scene.input));
   out.scene_ = std::make_unique<Scene>(std::move(loaded));
   if (count(*out.scene_).triangles == 0) {
-    return fail({ErrorKind::bad_input, scene.input, "", "it has no triangles",
-                 "name a scene with meshes"});
+    return fail(
+        {ErrorKind::bad_input, scene.input, "", "it has no triangles", "name a scene with meshes"});
   }
   out.samplers_ = std::make_unique<Samplers>();
   SINEW_TRY(out.clip_, find_clip(*out.scene_, ""));
