@@ -5,6 +5,18 @@
 #include "sinew/bvh/cost.h"
 
 namespace sinew {
+namespace {
+
+// So it is in all trees that builders make; editing may change it.
+bool parents_come_first(const Tree& tree) {
+  for (size_t node = 0; node < tree.nodes.size(); ++node) {
+    const TreeNode& n = tree.nodes[node];
+    if (!n.is_leaf() && (n.left() < node || n.right() < node)) return false;
+  }
+  return true;
+}
+
+}  // namespace
 
 void triangle_boxes(std::span<const vec3> positions, std::span<const uvec3> triangles,
                     std::span<Box> out) {
@@ -20,20 +32,33 @@ void triangle_boxes(std::span<const vec3> positions, std::span<const uvec3> tria
 
 Bounds refit(const Tree& tree, std::span<const Box> primitive_boxes) {
   Bounds bounds(tree.nodes.size());
+  const auto set_leaf = [&](size_t node) {
+    const TreeNode& n = tree.nodes[node];
+    for (uint32_t i = 0; i < n.count(); ++i) {
+      bounds[node].extend(primitive_boxes[tree.primitives[n.first() + i]]);
+    }
+  };
+  const auto set_inner = [&](size_t node) {
+    const TreeNode& n = tree.nodes[node];
+    bounds[node] = bounds[n.left()];
+    bounds[node].extend(bounds[n.right()]);
+  };
+  if (parents_come_first(tree)) {
+    for (size_t node = tree.nodes.size(); node-- > 0;) {
+      tree.nodes[node].is_leaf() ? set_leaf(node) : set_inner(node);
+    }
+    return bounds;
+  }
   // Depth first, children before their parent: the second visit of a node finds both boxes done.
-  std::vector<std::pair<uint32_t, bool>> stack;
-  if (!tree.empty()) stack.emplace_back(Tree::kRoot, false);
+  std::vector<std::pair<uint32_t, bool>> stack = {{Tree::kRoot, false}};
   while (!stack.empty()) {
-    auto [node, children_done] = stack.back();
+    const auto [node, children_done] = stack.back();
     stack.pop_back();
     const TreeNode& n = tree.nodes[node];
     if (n.is_leaf()) {
-      for (uint32_t i = 0; i < n.count(); ++i) {
-        bounds[node].extend(primitive_boxes[tree.primitives[n.first() + i]]);
-      }
+      set_leaf(node);
     } else if (children_done) {
-      bounds[node] = bounds[n.left()];
-      bounds[node].extend(bounds[n.right()]);
+      set_inner(node);
     } else {
       stack.emplace_back(node, true);
       stack.emplace_back(n.left(), false);

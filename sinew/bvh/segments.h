@@ -1,63 +1,71 @@
 // An animation cut into segments, each with a tree of its own, where one tree is not enough.
-// T (T-SAH 2015) leaves this to future work; docs/tsah.md says how it is done here.
+// T (T-SAH 2015) cuts one scene into three equal parts by hand and leaves the rest to future work;
+// docs/tsah.md says how it is done here. Trees share the mesh and its motion, and changing from one
+// to the next costs nothing: every frame's boxes are refit anyway.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <span>
 #include <vector>
 
+#include "sinew/base/error.h"
+#include "sinew/bvh/frame_choice.h"
 #include "sinew/bvh/optimize.h"
 
 namespace sinew {
-
-// An animation as seen by a builder: frames at times that rise, and the boxes of all primitives in
-// any of them. boxes(frame, out) must be callable from several threads at once; it may leave boxes
-// that are not finite.
-struct AnimatedBoxes {
-  uint32_t primitive_count = 0;
-  std::vector<double> times;    // seconds, or whatever the caller likes; rising
-  std::vector<double> weights;  // of the frames; empty: by the time around each
-  std::function<void(uint32_t frame, std::span<Box> out)> boxes;
-
-  uint32_t frame_count() const { return static_cast<uint32_t>(times.size()); }
-};
-
-enum class FrameChoice : uint8_t {
-  uniform,  // T's: evenly spread over the frames, first and last included
-  medoids,  // poses that are nearest to all others, by the distances of boxes
-};
-
-// `count` frames of [first, last], fewer if there are fewer distinct ones, with weights by the time
-// (or the sum of the given weights) that each stands for.
-std::vector<uint32_t> choose_frames(const AnimatedBoxes& animation, uint32_t first, uint32_t last,
-                                    uint32_t count, FrameChoice choice,
-                                    std::vector<double>* weights = nullptr);
-
-// The boxes of those frames.
-FrameBoxes sample_frames(const AnimatedBoxes& animation, std::span<const uint32_t> frames,
-                         std::span<const double> weights);
 
 struct SegmentConfig {
   OptimizeConfig optimize{};
   uint32_t representatives = 5;  // frames a segment
   FrameChoice choice = FrameChoice::uniform;
-  uint32_t most_segments = 1;  // at most; the fewest that keep the limit are taken
-  double cost_limit = 1.15;    // average cost of a segment's tree over a build's for each frame
-  size_t byte_budget = 0;      // of all trees (bytes_of_trees); 0: no limit
-  uint32_t boundaries = 16;    // candidates, between them intervals of equal time
+  uint32_t most_segments = 1;
+  // Average cost over the clip, relative to a new tree for every frame (binned SAH, one primitive a
+  // leaf). 0: as cheap as most_segments and byte_budget allow.
+  double cost_limit = 1.15;
+  size_t byte_budget = 0;    // of all trees, by bytes_of_trees(); 0: no limit
+  double least_gain = 0.01;  // another tree must save this share of the average cost
+  uint32_t boundaries = 16;  // where segments may begin at first: so many equal parts of the clip
 };
 
 struct Segment {
-  double begin = 0.0;         // from this time on; the first one also before
-  Tree tree;                  // one primitive a leaf
-  FrameBoxes frames;          // its representatives
-  double cost = 0.0;          // average over its sampled frames
-  double rebuild_cost = 0.0;  // the same where every frame has its own tree
+  double begin = 0.0;  // from this time on; the first one also before, the last one also after
+  uint32_t first_frame = 0, last_frame = 0;
+  Tree tree;                              // one primitive a leaf
+  std::vector<uint32_t> representatives;  // rising
+  FrameBoxes frames;                      // their boxes
+  double share = 1.0;                     // of the clip's time, or of its frames' weights
+  double cost = 0.0;                      // average over measured frames, most of them held out
+  double rebuild_cost = 0.0;              // the same where every frame has a new tree
 };
 
-// The smallest number of segments, at most most_segments, whose trees keep the cost limit; if none
-// does, the number with the least total cost that the byte budget allows. At least one.
-std::vector<Segment> cut_into_segments(const AnimatedBoxes& animation, const SegmentConfig& config);
+// The smallest number of segments, at most most_segments and as many as the byte budget allows,
+// that keep the cost limit; if none does, the number with the least cost, of which each tree is
+// worth its bytes (least_gain). The clip's single tree is always made first.
+//
+// That the number is the smallest is as sure as the estimate behind it: costs of all intervals of
+// boundaries come from a model of some thousand primitives, corrected by what full trees turned out
+// to cost; that the limit is kept is measured. Boundaries are then moved to single frames. The time
+// is that of the returned trees and the single one, seldom one or two cuts more.
+//
+// The same for any number of threads. Errors: no frames, times that are not finite or fall (several
+// clips in one, see join_clips(), have no order to cut along), a byte budget below a single tree.
+Result<std::vector<Segment>> cut_into_segments(const AnimatedBoxes& animation,
+                                               const SegmentConfig& config);
+
+// Averages over the whole clip.
+double average_cost(std::span<const Segment> segments);
+double average_rebuild_cost(std::span<const Segment> segments);
+
+// Which segment is shown at a time; there must be one.
+size_t segment_at(std::span<const Segment> segments, double time);
+
+// By about how much memory grows for `trees` of a body with `primitive_count` triangles and one
+// object: bytes_of() of the layout, and of one pose with everything made, since an object keeps the
+// boxes of trees that rest. Connected meshes take 80 bytes a triangle and tree (15 in the layout,
+// 27 in nodes of the pose, 38 in packed triangles), and scattered triangles, which fill packets
+// badly, up to 200. Further objects of the same body take their poses once more.
+inline constexpr size_t kBytesATriangle = 96;
+size_t bytes_of_trees(uint32_t primitive_count, size_t trees = 1);
 
 }  // namespace sinew
