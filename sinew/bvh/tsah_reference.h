@@ -13,10 +13,11 @@
 // What T leaves open, and what is done here:
 // - Which nodes move. T speaks of "removing a node from the BVH and reinserting it back" and leaves
 //   the rest to BHH13, which dissolves an inner node and its parent and puts the node's two
-//   children back one by one, the larger first (TsahMove::children, the default: with it
-//   Metropolis-Hastings beats random selection and some fifty batches suffice, as T reports).
-//   TsahMove::node moves any node but the root as a whole; it takes several times the batches and
-//   often ends lower.
+//   children back one by one, the larger first. That is TsahMove::children, the default: with it
+//   Metropolis-Hastings beats random selection, and some fifty batches suffice, as T reports.
+//   TsahMove::node moves any node but the root as a whole. It takes several times the batches,
+//   often ends lower on moderate animations, and with Metropolis-Hastings on scattering ones may
+//   not end well at all, since large nodes as a whole have nowhere to go.
 // - "A position reducing the global tree cost": what finds no cheaper position than where it was
 //   stays there, so with TsahMove::node no move raises the cost. Children are put back one after
 //   the other, so both together may cost more than before; that is kept, as in BHH13.
