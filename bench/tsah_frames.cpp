@@ -55,6 +55,10 @@ struct Cell {
 
   double trace_ms(Kind kind) const { return median(trace[kind]); }
   double update_ms() const { return median(update); }
+  void forget_first() {  // it warmed up
+    update.erase(update.begin());
+    for (std::vector<double>& ms : trace) ms.erase(ms.begin());
+  }
 };
 
 // An engine with what was measured.
@@ -173,7 +177,8 @@ class FrameContest {
     for (Entry& entry : entries_) {
       rivals.push_back({entry.engine->name(), [&](uint32_t) { run(entry, work, answers); }});
     }
-    compete(rivals, {0, options_.repeats}, 0);
+    compete(rivals, {1, options_.repeats}, 0);
+    for (Entry& entry : entries_) entry.frames.back().forget_first();
   }
 
   void run(Entry& entry, const Workload& work, Answers& answers) {
