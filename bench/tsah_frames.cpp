@@ -124,7 +124,7 @@ class FrameContest {
       add(make_embree_engine(name, mode, test_, clip_.flat()));
     };
     clip_.set(0.5);
-    add_mode("embree refit from the middle", EmbreeMode::refit);
+    add_mode("embree refit, middle", EmbreeMode::refit);
     clip_.set(0.0);
     add_mode("embree refit", EmbreeMode::refit);
     add_mode("embree low rebuild", EmbreeMode::low);

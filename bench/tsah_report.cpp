@@ -143,7 +143,7 @@ std::string color_of(const std::string& name) {
       {"HLBVH-med", "#9467bd"},
       {"HLBVH-SAH", "#c5b0d5"},
       {"embree refit", "#e4572e"},
-      {"embree refit from the middle", "#ff9896"},
+      {"embree refit, middle", "#ff9896"},
       {"embree low rebuild", "#d18f00"},
       {"embree medium rebuild", "#b5651d"},
       {"embree high rebuild", "#a03a3a"}};
