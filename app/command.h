@@ -34,6 +34,7 @@ struct Command {
 
 Run define_info(CLI::App& options);
 Run define_render(CLI::App& options);
+Run define_optimize(CLI::App& options);
 Run define_compare(CLI::App& options);
 Run define_scene(CLI::App& options);
 

@@ -27,6 +27,7 @@ constexpr Command kCommands[] = {
     {"info", "Says what a file holds: sizes, clips, cameras, warnings", define_info},
     {"render", "Draws an animation: a .png or .exr a frame, or a .webp or .mp4 movie",
      define_render},
+    {"optimize", "Makes trees that suit a whole animation, for render --tree", define_optimize},
     {"compare", "Says how much two pictures differ", define_compare},
     {"scene", "Writes a scene as glTF, for other programs", define_scene},
 #ifdef SINEW_HAVE_BENCH

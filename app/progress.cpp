@@ -73,6 +73,18 @@ void Progress::frame_done(int frame, double frame_ms) {
   }
 }
 
+StatusLine::StatusLine() : terminal_(isatty(STDERR_FILENO) == 1) {}
+
+StatusLine::~StatusLine() {
+  if (shown_) write_stderr("\r\033[K");
+}
+
+void StatusLine::show(const std::string& text) {
+  if (!terminal_) return;
+  shown_ = true;
+  write_stderr("\r\033[K" + text);
+}
+
 void Progress::clear() {
   if (terminal_ && done_ > 0) write_stderr("\r\033[K");
 }

@@ -34,6 +34,21 @@ class Progress {
   Clock::time_point start_ = Clock::now();
 };
 
+// A line on a terminal that says what is being done, for work without frames.
+class StatusLine {
+ public:
+  StatusLine();
+  ~StatusLine();  // takes the line away
+  StatusLine(const StatusLine&) = delete;
+  StatusLine& operator=(const StatusLine&) = delete;
+
+  void show(const std::string& text);
+
+ private:
+  bool terminal_ = false;
+  bool shown_ = false;
+};
+
 // "8.4 s", "2 min 5 s", "1 h 12 min"
 std::string format_duration(double seconds);
 

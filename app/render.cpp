@@ -15,6 +15,7 @@
 #include "app/frames.h"
 #include "app/hide.h"
 #include "app/interrupt.h"
+#include "app/tree_option.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/output_file.h"
 #include "sinew/world/world.h"
@@ -148,10 +149,26 @@ RenderReport begin_report(const RenderJob& job, const Scene& scene, int clip,
   return report;
 }
 
-PrepareOptions prepare_options(const RenderJob& job) {
+PrepareOptions prepare_options(const RenderJob& job, const std::optional<TreeFile>& trees) {
   return {.clip = job.clip,
           .update = job.update,
-          .top_tree = job.one_tree ? TopTree::treelets : TopTree::objects};
+          .top_tree = job.one_tree ? TopTree::treelets : TopTree::objects,
+          .trees = trees ? &*trees : nullptr};
+}
+
+// The job's trees. Those that do not fit are made anew for this run; the file stays as it is.
+Result<std::optional<TreeFile>> trees_of(const RenderJob& job, const Scene& scene, int clip,
+                                         RenderReport& report) {
+  if (job.tree.empty()) return std::nullopt;
+  Result<TreeFile> trees = read_trees(job.tree, scene, clip);
+  if (trees) return std::move(*trees);
+  if (job.load.strict || trees.error().kind != ErrorKind::bad_input) {
+    return tl::unexpected<Error>(std::move(trees).error());
+  }
+  report.warnings.push_back(trees.error().message() + "; trees are made anew for this run");
+  print_warnings({report.warnings.back()});
+  SINEW_TRY(AnimationTrees made, optimize_trees(scene, {.clip = job.clip}));
+  return std::move(made.trees);
 }
 
 Result<void> draw_scene(const RenderJob& job, const Scene& scene, int clip,
@@ -159,7 +176,8 @@ Result<void> draw_scene(const RenderJob& job, const Scene& scene, int clip,
   const RenderSettings& settings = job.settings;
   const float aspect = static_cast<float>(settings.width) / static_cast<float>(settings.height);
   SINEW_TRY(const FrameCamera camera, FrameCamera::choose(job.camera, scene, clip, aspect));
-  SINEW_TRY(World world, prepare(scene, prepare_options(job)));
+  SINEW_TRY(const std::optional<TreeFile> trees, trees_of(job, scene, clip, report));
+  SINEW_TRY(World world, prepare(scene, prepare_options(job, trees)));
   Stage stage{job, scene, world, camera};
   SINEW_CHECKED(draw_all(stage, shots, report));
   if (stage.absent > 0) {

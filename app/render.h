@@ -31,6 +31,7 @@ struct RenderJob {
   std::optional<Rgb> background;  // lies behind everything in the finished picture
   int threads = 0;                // 0: all
   UpdateMode update = UpdateMode::automatic;
+  std::string tree;  // a file of `sinew optimize`; empty: none
   bool one_tree = false;
   ViewChoice view;
   LayerChoice layers;  // of .exr

@@ -167,6 +167,9 @@ void add_engine_options(CLI::App& app, Flags& flags) {
          "insides when a ray comes), lazy (only what rays reach) or auto, which chooses for "
          "each object (default: auto); the picture is the same")
       ->group(kGroup);
+  app.add_option("--tree", flags.job.tree,
+                 "Trees that `sinew optimize` made for this input; what does not fit is made anew")
+      ->group(kGroup);
   app.add_flag("--one-tree", flags.job.one_tree,
                "One tree over the parts of all objects, for objects that overlap")
       ->group(kGroup);

@@ -6,7 +6,7 @@
 //        8      4  version (1)
 //       12      4  bodies
 //       16      8  key: a hash of what the trees were made for (the caller's)
-//       24      4  clip: an index, or -1: for all clips
+//       24      4  clip: an index, -1: the rest pose, -2: all clips
 //       28      4  0
 //       32      8  size of the whole
 //       40      8  XXH3-64 of everything else
@@ -24,8 +24,9 @@
 namespace sinew {
 
 struct TreeFile {
+  static constexpr int32_t kAllClips = -2;
   uint64_t key = 0;
-  int32_t clip = -1;
+  int32_t clip = kAllClips;  // an index, or -1: the rest pose
   std::vector<std::vector<TimedTree>> bodies;  // at least one tree a body; their times rise
 };
 

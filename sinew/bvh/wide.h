@@ -48,6 +48,7 @@ inline constexpr uint32_t kLeafBit = 0x80000000u;
 inline constexpr uint32_t kTreeletBits = 0xc0000000u;
 inline constexpr uint32_t kMaxLeafPackets = 8;
 inline constexpr uint32_t kMaxPackets = 1u << 27;     // what a leaf word can address
+inline constexpr uint32_t kTreeletTriangles = 64;  // in a treelet at most, unless told otherwise
 inline constexpr uint32_t kMaxTreeletTriangles = 85;  // so that a byte numbers their vertices
 inline constexpr uint32_t kMaxTreeletVertices = 255;
 inline constexpr uint32_t kMaxDepth = 80;  // nodes from a root to a leaf; sizes the stacks
@@ -181,7 +182,7 @@ size_t bytes_of(const Bvh8& bvh);
 // frame or a weighted sum over several.
 Result<Bvh8Layout> make_layout(const Tree& tree, std::span<const float> areas,
                                std::span<const uvec3> triangles, uint32_t vertex_count,
-                               uint32_t treelet_triangles = 64);
+                               uint32_t treelet_triangles = kTreeletTriangles);
 
 // An error if a triangle refers to a vertex that does not exist.
 Result<void> check_triangles(std::span<const uvec3> triangles, size_t vertex_count);

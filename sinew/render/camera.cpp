@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "sinew/base/check.h"
 
@@ -48,6 +49,19 @@ Ray CameraRays::operator()(float x, float y) const {
 
 Ray camera_ray(const CameraView& camera, float x, float y, uint32_t width, uint32_t height) {
   return CameraRays(camera, width, height)(x, y);
+}
+
+mat4 clip_from_world(const CameraView& camera, float aspect) {
+  constexpr float kNearest = 1e-4f;
+  const float near = std::max(camera.znear, kNearest);
+  const mat4 view(inverse_affine(camera.to_world));
+  if (!camera.orthographic) return glm::infinitePerspective(camera.yfov, aspect, near) * view;
+  mat4 projection(1.0f);
+  projection[0][0] = 1.0f / (camera.ymag * aspect);
+  projection[1][1] = 1.0f / camera.ymag;
+  projection[2][2] = -1.0f;
+  projection[3][2] = -1.0f - near;  // -1 on the near plane
+  return projection * view;
 }
 
 CameraView scene_camera(const Scene& scene, const ScenePose& pose, uint32_t index) {

@@ -43,6 +43,10 @@ Ray camera_ray(const CameraView& camera, float x, float y, uint32_t width, uint3
 // The scene's camera `index` as the pose places it.
 CameraView scene_camera(const Scene& scene, const ScenePose& pose, uint32_t index);
 
+// World to clip space as glm's projections give it: x and y are the screen in [-w, w], y up.
+// Without a far plane; a camera without a near plane gets a very near one.
+mat4 clip_from_world(const CameraView& camera, float aspect);
+
 CameraView look_at(vec3 eye, vec3 target, vec3 up, float yfov);
 
 // Sees the whole box from the given direction (from the box towards the eye), with a small margin.

@@ -1,7 +1,8 @@
 // From a Scene to a World: one object a scene object, and the clip that moves them.
 #include <charconv>
-#include <map>
 
+#include "sinew/world/animation_trees.h"
+#include "sinew/world/scene_bodies.h"
 #include "sinew/world/world_impl.h"
 
 namespace sinew {
@@ -54,6 +55,7 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
   World::Impl& w = *world.impl_;
   w.scene = &scene;
   SINEW_TRY(w.clip, find_clip(scene, options.clip));
+  if (options.trees != nullptr) SINEW_CHECKED(check_trees(*options.trees, scene, w.clip));
   const bool moves = w.clip != kRestPose;
   const double start = moves ? scene.clips[w.clip].start : 0.0;
   // One tree serves the whole clip, so it is built for the clip's middle: of what breaks apart, the
@@ -62,19 +64,22 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
   ScenePose& pose = w.now().pose;
   sample(scene, w.clip, middle, pose);
 
-  std::map<std::pair<uint32_t, bool>, BodyId> bodies;  // by mesh and whether it is skinned
+  const std::vector<SceneBody> bodies = scene_bodies(scene);
+  std::vector<BodyId> body_of(scene.objects.size());
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    const SceneBody& body = bodies[b];
+    const Mesh& mesh = scene.meshes[body.mesh];
+    BodyDesc desc{.triangles = mesh.triangles,
+                  .motion = motion_of(mesh, body.skinned),
+                  .build_pose = pose.objects[body.objects.front()],
+                  .build = options.build};
+    if (options.trees != nullptr) desc.trees = options.trees->bodies[b];
+    SINEW_TRY(const BodyId id, world.add_body(desc));
+    for (const uint32_t object : body.objects) body_of[object] = id;
+  }
   for (size_t i = 0; i < scene.objects.size(); ++i) {
-    const SceneObject& object = scene.objects[i];
-    const Mesh& mesh = scene.meshes[object.mesh];
-    const std::pair<uint32_t, bool> key{object.mesh, object.skin >= 0};
-    auto found = bodies.find(key);
-    if (found == bodies.end()) {
-      SINEW_TRY(const BodyId body,
-                world.add_body({mesh.triangles, motion_of(mesh, object.skin >= 0), pose.objects[i],
-                                options.build}));
-      found = bodies.emplace(key, body).first;
-    }
-    SINEW_CHECKED(world.add_object(found->second, describe(scene, mesh)));
+    const Mesh& mesh = scene.meshes[scene.objects[i].mesh];
+    SINEW_CHECKED(world.add_object(body_of[i], describe(scene, mesh)));
   }
   w.mode = options.update;
   w.top_tree = options.top_tree;

@@ -16,6 +16,7 @@
 #include "sinew/bvh/choose.h"
 #include "sinew/bvh/proximity.h"
 #include "sinew/bvh/traverse.h"
+#include "sinew/bvh/tree_file.h"
 #include "sinew/bvh/update.h"
 #include "sinew/math/box.h"
 #include "sinew/math/ray.h"
@@ -175,10 +176,12 @@ struct PrepareOptions {
   BuildConfig build{};
   UpdateMode update = UpdateMode::automatic;
   TopTree top_tree = TopTree::objects;
+  const TreeFile* trees = nullptr;  // from optimize_trees(); else one is built for every body
 };
 
 // Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.
-// The trees are built for the middle of the clip. The scene must outlive the world.
+// Trees that are not given are built for the middle of the clip. The scene must outlive the world;
+// `trees` need not. Errors also: trees that do not fit (check_trees()).
 Result<World> prepare(const Scene& scene, const PrepareOptions& options = {});
 
 // Index of the clip that `name` (a name, or an index) means, or kRestPose. A usage error that lists

@@ -22,7 +22,7 @@ TEST(Program, HelpAndVersionGoToStdout) {
     EXPECT_TRUE(holds(outcome.out, "sinew"));
     EXPECT_EQ(outcome.err, "");
   }
-  for (const char* command : {"info", "render", "compare", "scene"}) {
+  for (const char* command : {"info", "render", "compare", "scene", "optimize"}) {
     const Outcome outcome = run_sinew({command, "--help"});
     EXPECT_EQ(outcome.exit_code, 0);
     EXPECT_TRUE(holds(outcome.out, "Examples:")) << command;

@@ -1,0 +1,271 @@
+#include "sinew/world/animation_trees.h"
+
+#include <algorithm>
+#include <chrono>
+#include <numeric>
+
+#include "sinew/bvh/build.h"
+#include "sinew/bvh/camera_frames.h"
+#include "sinew/bvh/derived_upper.h"
+#include "sinew/motion/clusters.h"
+#include "sinew/world/animation_key.h"
+#include "sinew/world/body_animation.h"
+#include "sinew/world/world.h"
+
+namespace sinew {
+namespace {
+
+constexpr const char* kAllClips = "all";
+
+// What a ray pays in the traced layout: packets of four, eight-wide nodes (see BuildConfig).
+constexpr BuildConfig kTraced{};
+constexpr CostModel kTracedCost{kTraced.traversal_cost,
+                                kTraced.intersection_cost / float(kTraced.leaf_block)};
+
+constexpr uint32_t kFramesJudged = 25;
+
+// A representative frame: of which clip, and when.
+struct FrameTime {
+  int clip = kRestPose;
+  uint32_t frame = 0;  // within the clip
+  double time = 0.0;
+};
+
+// One body, and what is known of its animation.
+class BodyOptimizer {
+ public:
+  BodyOptimizer(const Scene& scene, const SceneBody& body, const AnimationTreeOptions& options,
+                std::span<const int> clips, OptimizeConfig config)
+      : scene_(scene), body_(body), options_(options), config_(std::move(config)) {
+    const Mesh& mesh = scene.meshes[body.mesh];
+    motion_ = motion_of(mesh, body.skinned);
+    const bool moves = deforms(motion_);
+    std::vector<AnimatedBoxes> animations;
+    for (const int clip : moves ? clips : clips.first(1)) {
+      AnimatedBoxes one = body_animation(scene, body, clip, options.most_samples);
+      for (uint32_t f = 0; f < one.frame_count(); ++f) frames_.push_back({clip, f, one.times[f]});
+      animations.push_back(std::move(one));
+    }
+    is_one_clip_ = animations.size() == 1;
+    animation_ = is_one_clip_ ? std::move(animations.front()) : join_clips(std::move(animations));
+    report_ = {.name = mesh.name,
+               .triangles = animation_.primitive_count,
+               .deforms = moves,
+               .frames = animation_.frame_count()};
+  }
+
+  Result<std::vector<TimedTree>> run(size_t byte_budget) {
+    const auto start = std::chrono::steady_clock::now();
+    SINEW_TRY(std::vector<Segment> segments, is_one_clip_ ? cut(byte_budget) : pose_space());
+    std::vector<TimedTree> trees;
+    for (Segment& segment : segments) {
+      add_view(segment);
+      trees.push_back(finish(segment));
+    }
+    report_.segments = static_cast<uint32_t>(segments.size());
+    report_.rebuild_cost = is_one_clip_ ? average_rebuild_cost(segments) : 0.0;
+    report_.seconds =
+        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    judge(segments);
+    return trees;
+  }
+
+  const BodyTreeReport& report() const { return report_; }
+
+ private:
+  Result<std::vector<Segment>> cut(size_t byte_budget) const {
+    SegmentConfig config;
+    config.optimize = config_;
+    config.representatives = options_.frames;
+    config.choice = options_.choice;
+    config.most_segments = options_.most_segments;
+    config.cost_limit = options_.cost_limit;
+    config.byte_budget = byte_budget;
+    return cut_into_segments(animation_, config);
+  }
+
+  // One tree for the poses of all clips.
+  Result<std::vector<Segment>> pose_space() const {
+    Segment all;
+    all.last_frame = animation_.frame_count() - 1;
+    std::vector<double> weights;
+    all.representatives =
+        choose_frames(animation_, 0, all.last_frame, options_.frames, options_.choice, &weights);
+    all.frames = sample_frames(animation_, all.representatives, weights);
+    all.tree = build_optimized(all.frames, config_);
+    std::vector<Segment> segments;
+    segments.push_back(std::move(all));
+    return segments;
+  }
+
+  // Goes on with the expected camera's views as frames.
+  void add_view(Segment& segment) const {
+    if (!options_.view || !(options_.view_share > 0.0f)) return;
+    const Mesh& mesh = scene_.meshes[body_.mesh];
+    std::vector<ViewFrame> views;
+    for (size_t i = 0; i < segment.representatives.size(); ++i) {
+      const FrameTime& at = frames_[segment.representatives[i]];
+      ScenePose pose;
+      sample(scene_, at.clip, at.time, pose);
+      const int32_t object = object_in_frame(body_, pose, at.frame);
+      if (object < 0) continue;
+      std::vector<vec3> positions(vertex_count(motion_));
+      world_positions(scene_, pose, static_cast<uint32_t>(object), positions);
+      ViewFrame view{std::vector<Box>(mesh.triangles.size()), segment.frames.weights[i]};
+      view_boxes(positions, mesh.triangles, options_.view(pose), view.boxes);
+      views.push_back(std::move(view));
+    }
+    append_view_frames(segment.frames, std::move(views), options_.view_share);
+    segment.tree = optimize(segment.tree, segment.frames, config_);
+  }
+
+  // The tree as it is traced: leaves of several triangles, and areas that order eight-wide nodes.
+  TimedTree finish(const Segment& segment) const {
+    const FrameBoxes& frames = segment.frames;
+    const auto weights_of = [&](const Tree& tree) {
+      return area_weights(tree, frames, frame_costs(tree, frames), options_.exponent);
+    };
+    const std::vector<double> g = weights_of(segment.tree);
+    Tree tree =
+        collapse_leaves(segment.tree, frames, g, kTracedCost, kTraced.leaf_block, kTraced.max_leaf);
+    if (options_.derived_boxes && report_.deforms && derivable(motion_)) {
+      tree = over_derived_boxes(tree, segment);
+    }
+    std::vector<float> areas = weighted_areas(tree, frames, g);
+    return {segment.begin, std::move(tree), std::move(areas)};
+  }
+
+  Tree over_derived_boxes(const Tree& tree, const Segment& segment) const {
+    std::vector<ScenePose> poses;
+    std::vector<Pose> of_body;
+    std::vector<double> weights;
+    for (size_t i = 0; i < segment.representatives.size(); ++i) {
+      const FrameTime& at = frames_[segment.representatives[i]];
+      sample(scene_, at.clip, at.time, poses.emplace_back());
+      const int32_t object = object_in_frame(body_, poses.back(), at.frame);
+      if (object < 0) continue;
+      of_body.push_back(poses.back().objects[static_cast<size_t>(object)]);
+      weights.push_back(segment.frames.weights[i]);
+    }
+    const Mesh& mesh = scene_.meshes[body_.mesh];
+    return suit_derived_boxes(tree, motion_, mesh.triangles, of_body, weights, config_);
+  }
+
+  // The honest costs: over frames of which most were no representatives.
+  void judge(std::span<const Segment> segments) {
+    const uint32_t last = animation_.frame_count() - 1;
+    const std::vector<uint32_t> judged = evenly_spread(0, last, kFramesJudged);
+    const std::vector<uint32_t>& known = segments.front().representatives;
+    const FrameBoxes& boxes = segments.front().frames;
+    const Tree middle =
+        build_binned(repaired_frame(animation_, last / 2, known, boxes), {.max_leaf = 1});
+    for (const uint32_t frame : judged) {
+      const std::vector<Box> at = repaired_frame(animation_, frame, known, boxes);
+      const Segment& segment =
+          is_one_clip_ ? segments[segment_at(segments, animation_.times[frame])] : segments.front();
+      const double cost = sah_cost(segment.tree, refit(segment.tree, at));
+      report_.cost += cost / double(judged.size());
+      report_.highest_cost = std::max(report_.highest_cost, cost);
+      report_.middle_frame_cost += sah_cost(middle, refit(middle, at)) / double(judged.size());
+    }
+  }
+
+  const Scene& scene_;
+  const SceneBody& body_;
+  const AnimationTreeOptions& options_;
+  OptimizeConfig config_;
+  Motion motion_;
+  AnimatedBoxes animation_;
+  std::vector<FrameTime> frames_;  // one a frame of animation_
+  bool is_one_clip_ = true;
+  BodyTreeReport report_;
+};
+
+Result<std::vector<int>> clips_of(const Scene& scene, const std::string& name) {
+  if (name != kAllClips) {
+    SINEW_TRY(const int clip, find_clip(scene, name));
+    return std::vector<int>{clip};
+  }
+  std::vector<int> clips(scene.clips.size());
+  std::iota(clips.begin(), clips.end(), 0);
+  if (clips.empty()) clips.push_back(kRestPose);
+  return clips;
+}
+
+Result<void> check_options(const AnimationTreeOptions& options, size_t clips) {
+  const auto usage = [](const char* problem, const char* remedy) {
+    return fail({ErrorKind::usage, "", "", problem, remedy});
+  };
+  if (options.frames == 0 || options.most_segments == 0) {
+    return usage("a tree needs at least one frame, a clip at least one segment", "give 1 or more");
+  }
+  if (clips > 1 && options.most_segments > 1) {
+    return usage("the poses of several clips have no order that could be cut into segments",
+                 "choose one clip, or one segment");
+  }
+  if (!(options.view_share >= 0.0f && options.view_share <= 1.0f)) {
+    return usage("the camera's share must be between 0 and 1", "give 0.5 for half of the cost");
+  }
+  return {};
+}
+
+uint64_t all_triangles(const Scene& scene, std::span<const SceneBody> bodies) {
+  uint64_t sum = 0;
+  for (const SceneBody& body : bodies) sum += scene.meshes[body.mesh].triangles.size();
+  return sum;
+}
+
+}  // namespace
+
+Result<AnimationTrees> optimize_trees(const Scene& scene, const AnimationTreeOptions& options) {
+  SINEW_TRY(const std::vector<int> clips, clips_of(scene, options.clip));
+  SINEW_CHECKED(check_options(options, clips.size()));
+  AnimationTrees out;
+  out.trees.key = animation_key(scene);
+  out.trees.clip = clips.size() == 1 ? clips.front() : TreeFile::kAllClips;
+  const std::vector<SceneBody> bodies = scene_bodies(scene);
+  const uint64_t triangles = all_triangles(scene, bodies);
+  for (uint32_t b = 0; b < bodies.size(); ++b) {
+    const Mesh& mesh = scene.meshes[bodies[b].mesh];
+    OptimizeConfig config{.exponent = options.exponent};
+    if (options.on_step) {
+      config.on_step = [&, b](const OptimizeStep& step) {
+        return options.on_step({b, static_cast<uint32_t>(bodies.size()), mesh.name, step});
+      };
+    }
+    BodyOptimizer body(scene, bodies[b], options, clips, std::move(config));
+    // Every body gets its part of the budget by its size.
+    const size_t budget =
+        options.byte_budget == 0
+            ? 0
+            : std::max<size_t>(1, static_cast<size_t>(double(options.byte_budget) *
+                                                      double(mesh.triangles.size()) /
+                                                      double(std::max<uint64_t>(triangles, 1))));
+    SINEW_TRY(out.trees.bodies.emplace_back(), body.run(budget));
+    out.bodies.push_back(body.report());
+  }
+  return out;
+}
+
+Result<void> check_trees(const TreeFile& trees, const Scene& scene, int clip) {
+  const auto unfit = [](std::string problem) {
+    return fail(
+        {ErrorKind::bad_input, "", "", std::move(problem), "make it again with `sinew optimize`"});
+  };
+  const std::vector<SceneBody> bodies = scene_bodies(scene);
+  if (trees.key != animation_key(scene) || trees.bodies.size() != bodies.size()) {
+    return unfit("its trees were made for another scene, or for other objects of it");
+  }
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    const size_t triangles = scene.meshes[bodies[b].mesh].triangles.size();
+    if (trees.bodies[b].front().tree.primitives.size() != triangles) {
+      return unfit("its trees were made for other meshes");
+    }
+    if (trees.bodies[b].size() > 1 && trees.clip != clip) {
+      return unfit("its trees follow another clip");
+    }
+  }
+  return {};
+}
+
+}  // namespace sinew
