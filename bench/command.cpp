@@ -11,6 +11,7 @@
 #include "bench/report.h"
 #include "bench/tables.h"
 #include "bench/trace.h"
+#include "bench/tsah_command.h"
 #include "bench/update.h"
 #include "sinew/io/output_file.h"
 
@@ -109,7 +110,8 @@ Run define_bench(CLI::App& command) {
       "  sinew bench trace --scene study:twist\n"
       "  sinew bench trace --scene walk.glb --clip Run --threads 8 --json report.json\n"
       "  sinew bench update --json report.json --report report.html\n"
-      "  sinew bench update --only picks_100,refit_bodies\n");
+      "  sinew bench update --only picks_100,refit_bodies\n"
+      "  sinew bench tsah --scene museum --report report.html\n");
   define_trace(
       *command.add_subcommand("trace", "Rays a second against Embree, by kind of ray and by call"),
       *options);
@@ -119,7 +121,9 @@ Run define_bench(CLI::App& command) {
   update->callback([options] { options->does_update = true; });
   const LarssonCommand larsson = define_larsson(command);
   const BoundsCommand bounds = define_bounds(command);
-  return [options, larsson, bounds] {
+  const TsahCommand tsah = define_tsah(command);
+  return [options, larsson, bounds, tsah] {
+    if (tsah.parsed()) return tsah.run();
     if (bounds.parsed()) return bounds.run();
     return larsson.parsed() ? larsson.run() : run(*options);
   };

@@ -13,15 +13,24 @@ bool count_bytes(void* counter, ssize_t bytes, bool) {
   return true;
 }
 
+bool is_dynamic(EmbreeMode mode) {
+  return mode == EmbreeMode::refit || mode == EmbreeMode::low;
+}
+
+RTCBuildQuality scene_quality(EmbreeMode mode) {
+  if (is_dynamic(mode)) return RTC_BUILD_QUALITY_LOW;
+  return mode == EmbreeMode::high ? RTC_BUILD_QUALITY_HIGH : RTC_BUILD_QUALITY_MEDIUM;
+}
+
 RTCSceneFlags scene_flags(const EmbreeConfig& config) {
   int flags = RTC_SCENE_FLAG_NONE;
   if (config.robust) flags |= RTC_SCENE_FLAG_ROBUST;
-  if (config.mode != EmbreeMode::medium) flags |= RTC_SCENE_FLAG_DYNAMIC;
+  if (is_dynamic(config.mode)) flags |= RTC_SCENE_FLAG_DYNAMIC;
   return static_cast<RTCSceneFlags>(flags);
 }
 
 RTCBuildQuality geometry_quality(EmbreeMode mode, EmbreeMotion motion) {
-  if (motion == EmbreeMotion::still || mode == EmbreeMode::medium) return RTC_BUILD_QUALITY_MEDIUM;
+  if (motion == EmbreeMotion::still || !is_dynamic(mode)) return RTC_BUILD_QUALITY_MEDIUM;
   return mode == EmbreeMode::refit ? RTC_BUILD_QUALITY_REFIT : RTC_BUILD_QUALITY_LOW;
 }
 
@@ -35,8 +44,7 @@ EmbreeScene::EmbreeScene(const EmbreeConfig& config)
     : config_(config), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_)) {
   rtcSetDeviceMemoryMonitorFunction(device_, count_bytes, &bytes_);
   rtcSetSceneFlags(scene_, scene_flags(config));
-  rtcSetSceneBuildQuality(
-      scene_, config.mode == EmbreeMode::medium ? RTC_BUILD_QUALITY_MEDIUM : RTC_BUILD_QUALITY_LOW);
+  rtcSetSceneBuildQuality(scene_, scene_quality(config.mode));
 }
 
 EmbreeScene::EmbreeScene(std::span<const vec3> positions, std::span<const uvec3> triangles,

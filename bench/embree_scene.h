@@ -20,6 +20,7 @@ enum class EmbreeMode {
   medium,  // one hierarchy over everything, built anew at every commit
   refit,   // a hierarchy a geometry; those that changed are refit
   low,     // a hierarchy a geometry; those that changed are built anew with low quality
+  high,    // one hierarchy with spatial splits over everything, built anew at every commit
 };
 
 struct EmbreeConfig {

@@ -34,6 +34,8 @@ const char* engine_name(EmbreeMode mode) {
       return "embree refit";
     case EmbreeMode::low:
       return "embree low rebuild";
+    case EmbreeMode::high:
+      return "embree high rebuild";
   }
   return "";
 }

@@ -27,6 +27,18 @@ constexpr std::array kFigures = {
     FigureInfo{"packet_speed", "1", true, 1.1, 1.0},
     FigureInfo{"packet_speed_fast", "1", true, kNone, kNone},
     FigureInfo{"refit_ratio", "1", false, kNone, kNone},
+    FigureInfo{"cost_moderate", "1", false, 1.03, 1.06},
+    FigureInfo{"recovered", "1", true, 0.96, 0.85},
+    FigureInfo{"optimise_250k_s", "s", false, 3.0, 8.0},
+    FigureInfo{"optimise_1600k_s", "s", false, 25.0, 60.0},
+    FigureInfo{"frame_full", "1", true, 1.2, 1.05},
+    FigureInfo{"frame_full_least", "1", true, 0.95, 0.95},
+    FigureInfo{"frame_full_robust", "1", true, kNone, kNone},
+    FigureInfo{"frame_primary", "1", true, 1.6, 1.25},
+    FigureInfo{"frame_primary_robust", "1", true, kNone, kNone},
+    FigureInfo{"best_single_frame", "1", true, 1.0, 0.97},
+    FigureInfo{"best_single_frame_scattering", "1", true, 1.1, kNone},
+    FigureInfo{"segments_regret", "1", false, 1.15, 1.4},
 };
 
 std::string processor() {
@@ -64,6 +76,7 @@ Verdict verdict(const nlohmann::json& figure) {
   const double sign = figure["better"] == "more" ? 1.0 : -1.0;
   const double value = sign * figure["value"].get<double>();
   if (value >= sign * figure["goal"].get<double>()) return Verdict::goal;
+  if (!figure.contains("floor")) return Verdict::missed;
   return value >= sign * figure["floor"].get<double>() ? Verdict::floor : Verdict::missed;
 }
 

@@ -61,6 +61,7 @@ std::string limit_text(const json& figure, const char* name) {
 }
 
 std::string figures_table(const json& figures) {
+  if (figures.empty()) return "";
   constexpr const char* kClasses[] = {"goal", "floor", "missed", ""};
   std::string out =
       "<h2>Figures</h2>\n<table>\n<tr><th>figure</th><th class=\"n\">value</th>"
@@ -180,30 +181,34 @@ std::string machine_line(const json& report) {
 
 }  // namespace
 
-std::string report_page(const json& report) {
-  const json& rows = report["rows"];
+std::string html_page(const json& report, const std::string& body) {
   const std::string title = "sinew bench " + report["bench"].get<std::string>();
   std::string out = fmt::format(
       "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
       "<meta name=\"viewport\" content=\"width=device-width\">\n<title>{0}</title>\n"
       "<style>{1}</style>\n</head>\n<body>\n<h1>{0}</h1>\n",
       escape_markup(title), kStyle);
-  out += machine_line(report) + figures_table(report["figures"]);
-  out += section("What rays reach",
-                 "Time of a frame, primary and shadow rays, against the share of the deforming "
-                 "objects' treelets that rays reach. Circles: ours cross Embree's.",
-                 sweep_plots(rows, "visible_fraction", "treelets reached", true));
-  out += section(
-      "How many rays",
-      "Time of a frame against its number of picks: rays that have nothing to do with each other.",
-      sweep_plots(rows, "ray_count", "rays a frame", false));
-  out += trace_plots(rows);
+  out += machine_line(report) + figures_table(report["figures"]) + body;
   if (report.contains("skipped")) {
     for (const json& sentence : report["skipped"]) {
       out += "<p class=\"note\">Skipped: " + escape_markup(sentence) + "</p>\n";
     }
   }
   return out + "</body>\n</html>\n";
+}
+
+std::string report_page(const json& report) {
+  const json& rows = report["rows"];
+  std::string body =
+      section("What rays reach",
+              "Time of a frame, primary and shadow rays, against the share of the deforming "
+              "objects' treelets that rays reach. Circles: ours cross Embree's.",
+              sweep_plots(rows, "visible_fraction", "treelets reached", true));
+  body += section(
+      "How many rays",
+      "Time of a frame against its number of picks: rays that have nothing to do with each other.",
+      sweep_plots(rows, "ray_count", "rays a frame", false));
+  return html_page(report, body + trace_plots(rows));
 }
 
 }  // namespace sinew::bench

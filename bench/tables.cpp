@@ -14,29 +14,10 @@ namespace {
 
 using nlohmann::json;
 
-std::string head(const json& report) {
-  const json& machine = report["machine"];
-  return fmt::format("{}: {}, {} threads, {} kernels, against {}\n",
-                     report["bench"].get<std::string>(), machine["processor"].get<std::string>(),
-                     machine["threads"].get<int>(), machine["kernels"].get<std::string>(),
-                     report["opponents"][0].get<std::string>());
-}
-
 std::string number(const json& figure, const char* name) {
   if (!figure.contains(name)) return "";
   return fmt::format("{} {:g}",
                      figure["better"] == "more" ? ">=" : "<=", figure[name].get<double>());
-}
-
-std::string figures_text(const json& figures) {
-  std::string out =
-      fmt::format("\n{:<19}{:>8} {:>9} {:>9}  {}\n", "figure", "value", "goal", "floor", "");
-  for (const json& f : figures) {
-    out += fmt::format("{:<19}{:8.2f} {:>9} {:>9}  {:<9}  {}\n", f["name"].get<std::string>(),
-                       f["value"].get<double>(), number(f, "goal"), number(f, "floor"),
-                       name_of(verdict(f)), f["note"].get<std::string>());
-  }
-  return out;
 }
 
 // A sweep: a line for every x, a column for every method, in ms.
@@ -113,10 +94,30 @@ TraceTable trace_table(const json& rows) {
 
 }  // namespace
 
+std::string bench_head(const json& report) {
+  const json& machine = report["machine"];
+  return fmt::format("{}: {}, {} threads, {} kernels, against {}\n",
+                     report["bench"].get<std::string>(), machine["processor"].get<std::string>(),
+                     machine["threads"].get<int>(), machine["kernels"].get<std::string>(),
+                     report["opponents"][0].get<std::string>());
+}
+
+std::string figures_text(const json& figures) {
+  if (figures.empty()) return "";
+  std::string out =
+      fmt::format("\n{:<19}{:>8} {:>9} {:>9}  {}\n", "figure", "value", "goal", "floor", "");
+  for (const json& f : figures) {
+    out += fmt::format("{:<19}{:8.2f} {:>9} {:>9}  {:<9}  {}\n", f["name"].get<std::string>(),
+                       f["value"].get<double>(), number(f, "goal"), number(f, "floor"),
+                       name_of(verdict(f)), f["note"].get<std::string>());
+  }
+  return out;
+}
+
 std::string trace_text(const json& report) {
   const json& rows = report["rows"];
   const TraceTable table = trace_table(rows);
-  std::string out = head(report) + trees_text(rows);
+  std::string out = bench_head(report) + trees_text(rows);
   out += fmt::format("\nmillions of rays a second\n{:<53}", "scene, time, tree, test, rays");
   for (const std::string& call : table.calls) {
     out += fmt::format(" {:>{}}", call, std::max<size_t>(call.size(), 7));
@@ -137,7 +138,7 @@ std::string trace_text(const json& report) {
 
 std::string update_text(const json& report) {
   const json& rows = report["rows"];
-  std::string out = head(report);
+  std::string out = bench_head(report);
   out += sweep_text(rows, "visible_fraction", "reached", true);
   out += sweep_text(rows, "ray_count", "rays", false);
   for (const json& row : rows) {

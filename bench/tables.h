@@ -6,6 +6,10 @@
 
 namespace sinew::bench {
 
+// What such texts have in common: who takes part, and the figures with their goals.
+std::string bench_head(const nlohmann::json& report);
+std::string figures_text(const nlohmann::json& figures);
+
 std::string trace_text(const nlohmann::json& report);
 std::string update_text(const nlohmann::json& report);
 

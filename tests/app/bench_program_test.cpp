@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/program.h"
 
@@ -89,8 +91,56 @@ TEST(Bench, TraceReportsItsFigures) {
   }
 }
 
+TEST(Bench, TsahReportsItsFigures) {
+  SINEW_BENCH_OR_SKIP();
+  TemporaryFolder folder;
+  const Outcome outcome = run_sinew({"bench",
+                                     "tsah",
+                                     "--scene",
+                                     "study:fracture,triangles=10000,pieces=20",
+                                     "--evaluated",
+                                     "4",
+                                     "--representatives",
+                                     "3",
+                                     "--width",
+                                     "48",
+                                     "--height",
+                                     "32",
+                                     "--frames",
+                                     "1",
+                                     "--repeats",
+                                     "1",
+                                     "--json",
+                                     folder.path("t.json"),
+                                     "--report",
+                                     folder.path("t.html")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::vector<std::string> figures = {
+      "recovered",  "best_single_frame", "best_single_frame_scattering",
+      "frame_full", "frame_primary",     "segments_regret"};
+  const auto report = nlohmann::json::parse(slurp(folder.path("t.json")));
+  EXPECT_EQ(report["bench"], "tsah");
+  expect_figures(report, figures);
+  const std::string page = slurp(folder.path("t.html"));
+  expect_page(page, figures);
+  EXPECT_NE(page.find("data:image/png;base64,"), std::string::npos);
+  std::map<std::string, double> cost;
+  std::set<nlohmann::json> hits;  // of every engine: all saw the same
+  for (const auto& row : report["rows"]) {
+    if (row["table"] == "tsah_cost") cost[row["method"]] = row["average"];
+    if (row["table"] == "tsah_frame") hits.insert(row["primary_hits"]);
+  }
+  EXPECT_GT(cost["SAH-rebuild"], 0.0);
+  EXPECT_LT(cost["SAH-rebuild"], cost["T-SAH k=0"]);
+  EXPECT_LT(2.0 * cost["T-SAH k=0"], cost["SAH0"]);
+  EXPECT_EQ(hits.size(), 1u);
+}
+
 TEST(Bench, RefusesPartsThatAreNone) {
   SINEW_BENCH_OR_SKIP();
+  const Outcome tsah = run_sinew({"bench", "tsah", "--only", "costs,tables"});
+  EXPECT_EQ(tsah.exit_code, 2);
+  EXPECT_NE(tsah.err.find("convergence"), std::string::npos) << tsah.err;
   const Outcome outcome = run_sinew({"bench", "update", "--only", "picks_100,tables"});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_NE(outcome.err.find("tables"), std::string::npos) << outcome.err;
@@ -99,7 +149,7 @@ TEST(Bench, RefusesPartsThatAreNone) {
 
 TEST(Bench, RefusesBeforeItMeasures) {
   SINEW_BENCH_OR_SKIP();
-  for (const std::string part : {"trace", "update", "larsson", "bounds"}) {
+  for (const std::string part : {"trace", "update", "larsson", "bounds", "tsah"}) {
     const Outcome outcome = run_sinew({"bench", part, "--json", "no/such/folder.json"});
     EXPECT_EQ(outcome.exit_code, 4) << part;
     EXPECT_EQ(outcome.out, "") << part;
