@@ -1,92 +1,17 @@
 // Binned SAH, top down. Based on: I. Wald, "On fast Construction of SAH-based Bounding Volume
 // Hierarchies", 2007. Differs: all three axes are binned, leaf costs count blocks of primitives,
 // and the primitives' boxes move with their indices.
-#include <array>
-
 #include "sinew/base/check.h"
-#include "sinew/bvh/build_common.h"
+#include "sinew/bvh/build_bins.h"
 
 namespace sinew {
 namespace {
 
+using build_detail::Binning;
+using build_detail::Bins;
 using build_detail::PrimitiveRef;
 using build_detail::Rows;
-
-constexpr uint32_t kMaxBins = 32;
-
-// Where centroids lie, and how they map to bins.
-struct Binning {
-  Rows centers;  // of centroids, times two
-  float scale[3] = {0, 0, 0};
-  uint32_t bins = 0;
-
-  void prepare(uint32_t bin_count) {
-    bins = bin_count;
-    for (int axis = 0; axis < 3; ++axis) {
-      const float extent = centers.high[axis] - centers.low[axis];
-      scale[axis] = extent > 0 ? static_cast<float>(bins) * 0.99999f / extent : 0.0f;
-      if (!(scale[axis] < std::numeric_limits<float>::max())) scale[axis] = 0.0f;
-    }
-  }
-  uint32_t bin(const PrimitiveRef& ref, int axis) const {
-    if (scale[axis] == 0.0f) return 0;
-    const float place = (ref.center2(axis) - centers.low[axis]) * scale[axis];
-    return std::min(static_cast<uint32_t>(place), bins - 1);
-  }
-};
-
-struct Bins {
-  std::array<std::array<Rows, kMaxBins>, 3> box;
-  std::array<std::array<uint32_t, kMaxBins>, 3> count = {};
-
-  void add(const PrimitiveRef& ref, const Binning& binning) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const uint32_t b = binning.bin(ref, axis);
-      box[axis][b].extend(ref.box);
-      ++count[axis][b];
-    }
-  }
-  void add(const Bins& other, uint32_t bins) {
-    for (int axis = 0; axis < 3; ++axis) {
-      for (uint32_t b = 0; b < bins; ++b) {
-        box[axis][b].extend(other.box[axis][b]);
-        count[axis][b] += other.count[axis][b];
-      }
-    }
-  }
-};
-
-struct Split {
-  int axis = -1;                                        // -1: no plane separates the centroids
-  uint32_t bin = 0;                                     // bins below it go left
-  float cost = std::numeric_limits<float>::infinity();  // sum of area * leaf cost
-};
-
-Split best_split(const Bins& bins, const Binning& binning, const BuildConfig& config) {
-  Split best;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (binning.scale[axis] == 0.0f) continue;
-    std::array<float, kMaxBins> right_cost = {};
-    Rows box;
-    uint32_t count = 0;
-    for (uint32_t b = binning.bins - 1; b > 0; --b) {
-      box.extend(bins.box[axis][b]);
-      count += bins.count[axis][b];
-      right_cost[b] =
-          count == 0 ? Rows::kInfinity : box.half_area() * build_detail::leaf_cost(config, count);
-    }
-    box = Rows();
-    count = 0;
-    for (uint32_t b = 1; b < binning.bins; ++b) {
-      box.extend(bins.box[axis][b - 1]);
-      count += bins.count[axis][b - 1];
-      if (count == 0) continue;
-      const float cost = box.half_area() * build_detail::leaf_cost(config, count) + right_cost[b];
-      if (cost < best.cost) best = {axis, b, cost};
-    }
-  }
-  return best;
-}
+using build_detail::Split;
 
 // Splits ranges of primitives at the best plane between bins.
 class BinnedSplit {
@@ -163,7 +88,7 @@ class BinnedSplit {
 }  // namespace
 
 Tree build_binned(std::span<const Box> primitive_boxes, const BuildConfig& config) {
-  SINEW_CHECK(config.bins >= 2 && config.bins <= kMaxBins);
+  SINEW_CHECK(config.bins >= 2 && config.bins <= build_detail::kMaxBins);
   SINEW_CHECK(config.max_leaf >= 1 && config.leaf_block >= 1);
   std::vector<PrimitiveRef> refs = build_detail::make_refs(primitive_boxes);
   const BinnedSplit split(refs, config);

@@ -172,13 +172,13 @@ class FrameBuilder {
 Tree build_over_frames(const FrameBoxes& frames, const OptimizeConfig& config) {
   Tree tree = FrameBuilder(frames, frames.weights).run();
   if (config.exponent == 0 || tree.nodes.size() < 4) return tree;
-  // The weights depend on what the frames cost, which only a tree can tell.
-  std::vector<double> g = frame_costs(tree, frames, config.cost);
-  const double most = *std::max_element(g.begin(), g.end());
+  // Weights depend on what the frames cost, which only a tree can tell. Those of half the exponent
+  // were better than the full ones: this first tree makes dear frames too dear.
+  const std::vector<double> costs = frame_costs(tree, frames, config.cost);
+  const double most = *std::max_element(costs.begin(), costs.end());
   if (!(most > 0.0)) return tree;
-  for (size_t f = 0; f < g.size(); ++f) {
-    g[f] = frames.weights[f] * std::pow(g[f] / most, double(config.exponent));
-  }
+  std::vector<double> g = frames.weights;
+  for (size_t f = 0; f < g.size(); ++f) g[f] *= std::pow(costs[f] / most, 0.5 * config.exponent);
   return FrameBuilder(frames, g).run();
 }
 

@@ -53,6 +53,24 @@ class FrameBoxOps {
     return hn::Add(hn::Mul(x, hn::Add(y, z)), hn::Mul(y, z));
   }
 
+  // Sums of half areas, a row.
+  HWY_INLINE void clear_row(float* sums) const {
+    const D d;
+    for (uint32_t f = 0; f < row(); f += lanes()) hn::Store(hn::Zero(d), d, sums + f);
+  }
+  HWY_INLINE void add_areas(const float* a, float* sums) const {
+    const D d;
+    for (uint32_t f = 0; f < row(); f += lanes()) {
+      hn::Store(hn::Add(hn::Load(d, sums + f), half_areas(a, a, f)), d, sums + f);
+    }
+  }
+  HWY_INLINE void subtract_union_areas(const float* a, const float* b, float* sums) const {
+    const D d;
+    for (uint32_t f = 0; f < row(); f += lanes()) {
+      hn::Store(hn::Sub(hn::Load(d, sums + f), half_areas(a, b, f)), d, sums + f);
+    }
+  }
+
   HWY_INLINE bool contains(const float* a, const float* b) const {
     const D d;
     for (uint32_t i = 0; i < box_floats(); i += lanes()) {

@@ -15,9 +15,15 @@ constexpr uint32_t kSlotsPerTask = 4096;
 // the binary ones that they are made of.
 constexpr uint32_t kMostHeight = kMaxDepth - 8;
 
+double power(double base, uint32_t exponent) {
+  double out = 1.0;
+  for (; exponent > 0; --exponent) out *= base;
+  return out;
+}
+
 }  // namespace
 
-FrameTree::FrameTree(const Tree& tree, const FrameBoxes& frames)
+FrameTree::FrameTree(const Tree& tree, const FrameBoxes& frames, const OptimizeConfig& config)
     : records_(frames.primitive_count()),
       frames_(frames.frame_count()),
       padding_(row_padding(frames_)),
@@ -28,7 +34,10 @@ FrameTree::FrameTree(const Tree& tree, const FrameBoxes& frames)
       changed_(records_, 0),
       height_(records_, 0),
       g_(padding_),
-      rest_(size_t{kBoxRows} * padding_) {
+      config_(config),
+      weights_(frames.weights),
+      rest_(size_t{kBoxRows} * padding_),
+      saved_(padding_) {
   SINEW_CHECK(records_ >= 2 && tree.nodes.size() == 2 * size_t{records_} - 1);
   std::fill_n(boxes_.data(), size_t{2} * kBoxRows * padding_, 0.0f);
   std::fill_n(areas_.data(), areas_.size(), 0.0f);
@@ -45,6 +54,7 @@ FrameTree::FrameTree(const Tree& tree, const FrameBoxes& frames)
   for (uint32_t record = records_; record-- > 1;) {
     height_[record] = 1 + std::max(height_of(2 * record), height_of(2 * record + 1));
   }
+  refresh();
 }
 
 // Depth first, so that the records of a subtree stand together.
@@ -78,23 +88,38 @@ FrameView FrameTree::view() {
           changed_.data(), g_.data(),     padding_,      frames_};
 }
 
-void FrameTree::set_weights(std::span<const double> g) {
-  for (uint32_t f = 0; f < frames_; ++f) g_[f] = static_cast<float>(g[f]);
+void FrameTree::refresh() {
+  const size_t tasks = (slot_count() + kSlotsPerTask - 1) / kSlotsPerTask;
+  std::vector<double> parts(tasks * frames_, 0.0);
+  parallel_for(slot_count(), kSlotsPerTask, [&](size_t begin, size_t end) {
+    add_costs(view(), static_cast<uint32_t>(begin), static_cast<uint32_t>(end), config_.cost,
+              parts.data() + begin / kSlotsPerTask * frames_);
+  });
+  costs_.assign(frames_, 0.0);
+  for (size_t i = 0; i < parts.size(); ++i) costs_[i % frames_] += parts[i];
+
+  most_ = *std::max_element(costs_.begin(), costs_.end());
+  for (uint32_t f = 0; f < frames_ && most_ > 0.0; ++f) {
+    g_[f] = static_cast<float>(weights_[f] * power(costs_[f] / most_, config_.exponent));
+  }
   parallel_for(slot_count(), kSlotsPerTask, [&](size_t begin, size_t end) {
     weigh_slots(view(), static_cast<uint32_t>(begin), static_cast<uint32_t>(end));
   });
 }
 
-std::vector<double> FrameTree::costs(const CostModel& model) {
-  const size_t tasks = (slot_count() + kSlotsPerTask - 1) / kSlotsPerTask;
-  std::vector<double> parts(tasks * frames_, 0.0);
-  parallel_for(slot_count(), kSlotsPerTask, [&](size_t begin, size_t end) {
-    add_costs(view(), static_cast<uint32_t>(begin), static_cast<uint32_t>(end), model,
-              parts.data() + begin / kSlotsPerTask * frames_);
-  });
-  std::vector<double> sums(frames_, 0.0);
-  for (size_t i = 0; i < parts.size(); ++i) sums[i % frames_] += parts[i];
-  return sums;
+// Whether the sum of v_i C_i^(k+1) falls when the areas fall by saved_, by at least `least` in
+// units of the areas that searches see. These go by the slope of the sum, so where a cheap frame
+// would become dear they are too hopeful.
+bool FrameTree::worth_it(float least) const {
+  double gain = 0.0;
+  for (uint32_t f = 0; f < frames_; ++f) {
+    const double before = costs_[f] / most_;
+    const double change = double(config_.cost.traversal) * double(saved_[f]) / most_;
+    gain += weights_[f] *
+            (power(before, config_.exponent + 1) - power(before - change, config_.exponent + 1));
+  }
+  const double slope = double(config_.cost.traversal) / most_ * (config_.exponent + 1.0);
+  return gain > double(least) * slope;
 }
 
 void FrameTree::copy_slot(uint32_t from, uint32_t to) {
@@ -128,8 +153,13 @@ void FrameTree::set_heights(uint32_t record) {
 
 bool FrameTree::move(uint32_t slot, uint32_t to) {
   const uint32_t record = slot >> 1, sibling = slot ^ 1, from = parent_[record];
-  const float gain = reinsertion_gain(view(), slot, to, rest_.data());
-  if (!(gain > kLeastGain * areas_[from]) || too_deep(slot, to)) return false;
+  if (!move_savings(view(), slot, to, rest_.data(), saved_.data()) ||
+      !worth_it(kLeastGain * areas_[from]) || too_deep(slot, to)) {
+    return false;
+  }
+  for (uint32_t f = 0; f < frames_; ++f) {
+    costs_[f] -= double(config_.cost.traversal) * double(saved_[f]);
+  }
   copy_slot(sibling, from);
   copy_slot(to, sibling);
   child_[to] = record;

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "sinew/base/buffer.h"
-#include "sinew/bvh/frames.h"
+#include "sinew/bvh/optimize.h"
 #include "sinew/bvh/optimize_kernels.h"
 #include "sinew/bvh/tree.h"
 
@@ -25,19 +25,19 @@ class FrameTree {
  public:
   // The tree must have one primitive a leaf, and at least two. Boxes are relative to those of the
   // root, whose half area is then 1 in every frame (0 where it has none).
-  FrameTree(const Tree& tree, const FrameBoxes& frames);
+  FrameTree(const Tree& tree, const FrameBoxes& frames, const OptimizeConfig& config);
 
   uint32_t slot_count() const { return 2 * records_; }
   FrameView view();
 
-  // g_i: how much an area in frame i counts, relative to the root's. Computes all areas anew.
-  void set_weights(std::span<const double> g);
+  // C_i of every frame; what move() makes of them is a little rounded until refresh().
+  const std::vector<double>& costs() const { return costs_; }
 
-  // C_i of every frame (equation 1 of T).
-  std::vector<double> costs(const CostModel& model);
+  // Computes the costs, g = v_i C_i^k (T's w_i, by time) from them, and all areas anew.
+  void refresh();
 
-  // Moves the subtree in `slot` beside what `to` holds if that gains something, and makes the tree
-  // no deeper than can be traced; returns whether it did. Boxes and areas stay exact.
+  // Moves the subtree in `slot` beside what `to` holds if that makes power_cost() less, and the
+  // tree no deeper than can be traced; returns whether it did. Boxes and areas stay exact.
   bool move(uint32_t slot, uint32_t to);
 
   // Whether moves have changed what the record of the slot holds since forget_changes().
@@ -49,6 +49,7 @@ class FrameTree {
 
  private:
   void copy_topology(const Tree& tree);
+  bool worth_it(float least) const;
   void copy_slot(uint32_t from, uint32_t to);
   bool too_deep(uint32_t slot, uint32_t to) const;
   uint32_t height_of(uint32_t slot) const;
@@ -64,7 +65,11 @@ class FrameTree {
   std::vector<uint8_t> changed_;  // [record]
   std::vector<uint32_t> height_;  // [record]: inner nodes on the way to its deepest leaf
   Buffer<float> g_;               // [padding]
-  Buffer<float> rest_;            // one box, for move()
+  OptimizeConfig config_;
+  std::vector<double> weights_;  // v_i
+  std::vector<double> costs_;
+  double most_ = 0.0;           // of the costs at the last refresh()
+  Buffer<float> rest_, saved_;  // of move(): one box, and half areas in every frame
 };
 
 }  // namespace sinew

@@ -7,9 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,9 +18,9 @@ namespace sinew {
 namespace {
 
 constexpr size_t kSearchesPerTask = 256;
-constexpr uint32_t kMostLooks = 1000;    // records that a search looks below
-constexpr double kLeastProgress = 2e-4;  // of the cost, by a round that is worth another one
-constexpr size_t kFewSlots = 64;         // not worth a pass of their own
+constexpr uint32_t kMostLooks = 1000;  // records that a search looks below
+constexpr double kLeastRound = 2e-4;   // of the cost, gained by a round that is worth another one
+constexpr double kLeastPass = 2e-6;    // the same of a pass over what has changed
 
 class Optimizer {
  public:
@@ -30,36 +28,41 @@ class Optimizer {
       : start_(start),
         frames_(frames),
         config_(config),
-        tree_(start, frames),
+        tree_(start, frames, config),
         moves_(tree_.slot_count()),
-        again_(tree_.slot_count()) {
-    weigh();
-    start_cost_ = best_cost_ = cost_;
-  }
+        again_(tree_.slot_count()) {}
 
   // A round begins with all subtrees, and goes on with those around what has changed.
   Tree run() {
-    double before = cost_;
+    const double at_start = cost();
+    double before_round = at_start, before_pass = at_start;
     do {
-      before = cost_;
+      before_round = cost();
       slots_.resize(tree_.slot_count() - 2);
       std::iota(slots_.begin(), slots_.end(), 2u);
-      while (slots_.size() > kFewSlots || slots_.size() == tree_.slot_count() - 2) {
-        const uint64_t moved_before = step_.moved;
-        pass();
-        if (!report() || step_.moved == moved_before) break;
-      }
-    } while (go_on_ && before - cost_ > kLeastProgress * before);
-    if (best_) return std::move(*best_);
-    return cost_ <= start_cost_ ? tree_.tree() : start_;
+      do {
+        before_pass = cost();
+        search();
+        apply();
+        choose_changed();
+      } while (report() && gained_since(before_pass) > kLeastPass);
+    } while (go_on_ && gained_since(before_round) > kLeastRound);
+    return cost() <= at_start ? tree_.tree() : start_;
   }
 
  private:
-  void pass() {
+  double cost() const { return power_cost(tree_.costs(), frames_.weights, config_.exponent); }
+  double gained_since(double before) const { return before > 0.0 ? 1.0 - cost() / before : 0.0; }
+
+  void search() {
     parallel_for(slots_.size(), kSearchesPerTask, [&](size_t begin, size_t end) {
       find_reinsertions(tree_.view(), std::span(slots_).subspan(begin, end - begin), kMostLooks,
                         moves_.data() + begin);
     });
+  }
+
+  // The greatest gain first; of equal ones, the first slot.
+  void apply() {
     wishes_.clear();
     for (uint32_t i = 0; i < slots_.size(); ++i) {
       if (moves_[i].to != kNoSlot) wishes_.push_back(i);
@@ -70,47 +73,24 @@ class Optimizer {
     tree_.forget_changes();
     std::ranges::fill(again_, uint8_t{0});
     for (const uint32_t i : wishes_) {
-      if (tree_.move(slots_[i], moves_[i].to)) {
-        ++step_.moved;
-      } else {
-        again_[slots_[i]] = 1;
-      }
+      const bool moved = tree_.move(slots_[i], moves_[i].to);
+      moved_ += moved ? 1 : 0;
+      again_[slots_[i]] = moved ? 0 : 1;
     }
+    tree_.refresh();
+  }
+
+  // Those that found something, but did not move, and those whose surroundings have changed.
+  void choose_changed() {
     slots_.clear();
     for (uint32_t slot = 2; slot < tree_.slot_count(); ++slot) {
       if (again_[slot] || tree_.changed(slot)) slots_.push_back(slot);
-    }
-    weigh();
-    keep_best();
-  }
-
-  // The frames' costs now, and what they make areas count. (T: w_i = C_i^k.)
-  void weigh() {
-    step_.costs = tree_.costs(config_.cost);
-    cost_ = power_cost(step_.costs, frames_.weights, config_.exponent);
-    if (config_.exponent == 0 && step_.moved > 0) return;
-    const double most = *std::max_element(step_.costs.begin(), step_.costs.end());
-    std::vector<double> g = frames_.weights;
-    for (size_t f = 0; f < g.size() && most > 0.0; ++f) {
-      g[f] *= std::pow(step_.costs[f] / most, double(config_.exponent));
-    }
-    tree_.set_weights(g);
-  }
-
-  // With an exponent the weights of a pass are those of its beginning, so it may do harm.
-  void keep_best() {
-    if (config_.exponent == 0) return;
-    if (!best_) best_ = start_;
-    if (cost_ < best_cost_) {
-      best_cost_ = cost_;
-      best_ = tree_.tree();
     }
   }
 
   bool report() {
     const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - begin_;
-    step_.seconds = taken.count();
-    if (config_.on_step) go_on_ = config_.on_step(step_);
+    if (config_.on_step) go_on_ = config_.on_step({taken.count(), moved_, tree_.costs()});
     return go_on_;
   }
 
@@ -119,9 +99,7 @@ class Optimizer {
   const OptimizeConfig& config_;
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
   FrameTree tree_;
-  double start_cost_ = 0.0, cost_ = 0.0, best_cost_ = 0.0;
-  std::optional<Tree> best_;  // only with an exponent
-  OptimizeStep step_;
+  uint64_t moved_ = 0;
   bool go_on_ = true;
   std::vector<uint32_t> slots_;     // that search in this pass
   std::vector<Reinsertion> moves_;  // what they found

@@ -122,51 +122,51 @@ void find(const FrameView& tree, std::span<const uint32_t> slots, uint32_t most,
 }
 
 // The slot nearest to both on their ways to the root, or kNoSlot if `to` lies below `slot`.
-HWY_INLINE uint32_t meeting_slot(const FrameView& tree, uint32_t slot, uint32_t from, uint32_t to) {
-  const auto up = [&](uint32_t at) { return tree.parent[at >> 1]; };
+inline uint32_t meeting_slot(const FrameView& tree, uint32_t slot, uint32_t from, uint32_t to) {
   uint32_t a = from, b = to, depth_a = 0, depth_b = 0;
-  for (uint32_t at = a; at > 1; at = up(at)) ++depth_a;
-  for (uint32_t at = b; at > 1; at = up(at)) {
+  for (uint32_t at = a; at > 1; at = tree.parent[at >> 1]) ++depth_a;
+  for (uint32_t at = b; at > 1; at = tree.parent[at >> 1]) {
     if (at == slot) return kNoSlot;
     ++depth_b;
   }
-  for (; depth_a > depth_b; --depth_a) a = up(a);
-  for (; depth_b > depth_a; --depth_b) b = up(b);
+  for (; depth_a > depth_b; --depth_a) a = tree.parent[a >> 1];
+  for (; depth_b > depth_a; --depth_b) b = tree.parent[b >> 1];
   while (a != b) {
-    a = up(a);
-    b = up(b);
+    a = tree.parent[a >> 1];
+    b = tree.parent[b >> 1];
   }
   return a;
 }
 
 template <uint32_t kRow>
-float gain(const FrameView& tree, uint32_t slot, uint32_t to, float* rest) {
+bool savings(const FrameView& tree, uint32_t slot, uint32_t to, float* rest, float* saved) {
   const FrameBoxOps<kRow> ops(tree.g, tree.padding);
-  const auto box = [&](uint32_t at) { return tree.boxes + size_t{at} * ops.box_floats(); };
+  const float* const subject = tree.box(slot);
   const uint32_t from = tree.parent[slot >> 1];
-  if (to == slot || to == (slot ^ 1) || to == from) return 0.0f;
+  if (to == slot || to == (slot ^ 1) || to == from) return false;
   const uint32_t meeting = meeting_slot(tree, slot, from, to);
-  if (meeting == kNoSlot) return 0.0f;
+  if (meeting == kNoSlot) return false;
 
-  // What taking it out saves below the meeting slot; if that is `to`, it shrinks as well.
-  float saved = tree.areas[from];
-  ops.join(box(slot ^ 1), box(slot ^ 1), rest);
-  for (uint32_t at = from; at != meeting && !ops.contains(rest, box(slot));) {
-    ops.join(rest, box(at ^ 1), rest);
+  // Taking it out, below the meeting slot; if that is `to`, it shrinks as well.
+  ops.clear_row(saved);
+  ops.add_areas(tree.box(from), saved);
+  ops.join(tree.box(slot ^ 1), tree.box(slot ^ 1), rest);
+  for (uint32_t at = from; at != meeting && !ops.contains(rest, subject);) {
+    ops.join(rest, tree.box(at ^ 1), rest);
     at = tree.parent[at >> 1];
     if (at == meeting && at != to) break;
-    saved += tree.areas[at] - ops.area(rest);
+    ops.add_areas(tree.box(at), saved);
+    ops.subtract_union_areas(rest, rest, saved);
   }
-  if (to == meeting) return saved - tree.areas[to];
-
-  // What putting it in costs.
-  saved -= ops.union_area(box(to), box(slot));
-  for (uint32_t at = tree.parent[to >> 1]; at != meeting; at = tree.parent[at >> 1]) {
-    const float growth = ops.union_area(box(at), box(slot)) - tree.areas[at];
-    if (growth == 0.0f) break;
-    saved -= growth;
+  // Putting it in: the new parent, and what grows above it.
+  ops.subtract_union_areas(tree.box(to), subject, saved);
+  if (to == meeting) return true;
+  for (uint32_t at = tree.parent[to >> 1]; at != meeting && !ops.contains(tree.box(at), subject);
+       at = tree.parent[at >> 1]) {
+    ops.add_areas(tree.box(at), saved);
+    ops.subtract_union_areas(tree.box(at), subject, saved);
   }
-  return saved;
+  return true;
 }
 
 template <uint32_t kRow>
@@ -219,8 +219,8 @@ void find_kernel(const FrameView& tree, std::span<const uint32_t> slots, uint32_
   SINEW_FOR_ROW(tree.padding, find, (tree, slots, most, out));
 }
 
-float gain_kernel(const FrameView& tree, uint32_t slot, uint32_t to, float* rest) {
-  SINEW_FOR_ROW(tree.padding, gain, (tree, slot, to, rest));
+bool savings_kernel(const FrameView& tree, uint32_t slot, uint32_t to, float* rest, float* saved) {
+  SINEW_FOR_ROW(tree.padding, savings, (tree, slot, to, rest, saved));
 }
 
 void combine_kernel(const FrameView& tree, uint32_t first, uint32_t last) {
@@ -248,7 +248,7 @@ HWY_AFTER_NAMESPACE();
 namespace sinew {
 
 HWY_EXPORT(find_kernel);
-HWY_EXPORT(gain_kernel);
+HWY_EXPORT(savings_kernel);
 HWY_EXPORT(combine_kernel);
 HWY_EXPORT(combine_up_kernel);
 HWY_EXPORT(weigh_kernel);
@@ -259,8 +259,8 @@ void find_reinsertions(const FrameView& tree, std::span<const uint32_t> slots, u
   HWY_DYNAMIC_DISPATCH(find_kernel)(tree, slots, most, out);
 }
 
-float reinsertion_gain(const FrameView& tree, uint32_t slot, uint32_t to, float* rest) {
-  return HWY_DYNAMIC_DISPATCH(gain_kernel)(tree, slot, to, rest);
+bool move_savings(const FrameView& tree, uint32_t slot, uint32_t to, float* rest, float* saved) {
+  return HWY_DYNAMIC_DISPATCH(savings_kernel)(tree, slot, to, rest, saved);
 }
 
 void combine_records(const FrameView& tree, uint32_t first, uint32_t last) {

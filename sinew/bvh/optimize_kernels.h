@@ -44,9 +44,10 @@ inline constexpr float kLeastGain = 1e-5f;
 void find_reinsertions(const FrameView& tree, std::span<const uint32_t> slots, uint32_t most,
                        Reinsertion* out);
 
-// What moving the subtree in `slot` beside `to` gains; 0 if it is there or `to` lies below it.
-// rest: memory for one box.
-float reinsertion_gain(const FrameView& tree, uint32_t slot, uint32_t to, float* rest);
+// What the half areas of all inner nodes become less by, in every frame, when the subtree in `slot`
+// moves beside `to`: saved [padding]. False if it is there, or `to` lies below it. rest: memory for
+// one box.
+bool move_savings(const FrameView& tree, uint32_t slot, uint32_t to, float* rest, float* saved);
 
 // Boxes of the slots that hold the records [first, last), of which parents stand before children.
 void combine_records(const FrameView& tree, uint32_t first, uint32_t last);

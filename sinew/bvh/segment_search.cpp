@@ -12,7 +12,7 @@ namespace sinew {
 namespace {
 
 constexpr uint32_t kModelFrames = 128;
-constexpr uint32_t kModelPrimitives = 2048;
+constexpr uint32_t kModelPrimitives = 4096;
 constexpr int kMoves = 2;  // how often boundaries move and trees follow
 
 }  // namespace

@@ -14,15 +14,14 @@
 namespace sinew {
 namespace {
 
-constexpr uint32_t kMeasuredFrames = 16;      // of the clip, in full
 constexpr uint32_t kLeastMeasuredFrames = 3;  // of a segment
 constexpr size_t kBuffers = 4;                // of them at once
 constexpr int kMostCuts = 3;                  // that are tried in full
 
 // Frames between those that evenly_spread() makes representatives, as far as there are any.
-std::vector<uint32_t> frames_between(uint32_t first, uint32_t last) {
-  const std::vector<uint32_t> spread = evenly_spread(first, last, 2 * kMeasuredFrames + 1);
-  if (spread.size() <= 2 * kMeasuredFrames) return spread;
+std::vector<uint32_t> frames_between(uint32_t first, uint32_t last, uint32_t count) {
+  const std::vector<uint32_t> spread = evenly_spread(first, last, 2 * count + 1);
+  if (spread.size() <= 2 * count) return spread;
   std::vector<uint32_t> out;
   for (size_t i = 1; i < spread.size(); i += 2) out.push_back(spread[i]);
   return out;
@@ -57,7 +56,7 @@ class Cutter {
         config_(config),
         most_segments_(most_segments),
         weights_(frame_weights(animation, 0, animation.frame_count() - 1)),
-        measured_(frames_between(0, animation.frame_count() - 1)) {
+        measured_(frames_between(0, animation.frame_count() - 1, config.measured_frames)) {
     if (!config.optimize.on_step) return;
     config_.optimize.on_step = [this, on_step = config.optimize.on_step](const OptimizeStep& step) {
       if (!on_step(step)) stopped_ = true;
@@ -204,6 +203,7 @@ Error usage(std::string problem, std::string remedy) {
 Result<std::vector<Segment>> cut_into_segments(const AnimatedBoxes& animation,
                                                const SegmentConfig& config) {
   SINEW_CHECK(config.most_segments > 0 && config.representatives > 0 && config.boundaries > 0);
+  SINEW_CHECK(config.measured_frames > 0);
   if (animation.frame_count() == 0) {
     return fail(usage("the animation has no frames", "choose another clip or range of frames"));
   }

@@ -26,6 +26,8 @@ struct SegmentConfig {
   size_t byte_budget = 0;    // of all trees, by bytes_of_trees(); 0: no limit
   double least_gain = 0.01;  // another tree must save this share of the average cost
   uint32_t boundaries = 16;  // where segments may begin at first: so many equal parts of the clip
+  // Frames whose costs, rebuilds among them, are measured in full; a segment has three at least.
+  uint32_t measured_frames = 12;
 };
 
 struct Segment {

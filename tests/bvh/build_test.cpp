@@ -2,15 +2,18 @@
 
 #include <gtest/gtest.h>
 
-#include <numeric>
-
 #include "shapes.h"
 #include "sinew/base/parallel.h"
 #include "sinew/bvh/bounds.h"
 #include "sinew/bvh/cost.h"
+#include "sinew/bvh/update.h"
+#include "sinew/bvh/wide.h"
+#include "tree_checks.h"
 
 namespace sinew {
 namespace {
+
+using test::expect_valid;
 
 std::vector<Box> boxes_of(const test::Shape& shape) {
   std::vector<Box> boxes(shape.triangles.size());
@@ -18,39 +21,18 @@ std::vector<Box> boxes_of(const test::Shape& shape) {
   return boxes;
 }
 
+Tree build_hlbvh_median(std::span<const Box> boxes, const BuildConfig& config) {
+  return build_hlbvh(boxes, HlbvhSplit::median, config);
+}
+Tree build_hlbvh_sah(std::span<const Box> boxes, const BuildConfig& config) {
+  return build_hlbvh(boxes, HlbvhSplit::sah, config);
+}
+
 using Builder = Tree (*)(std::span<const Box>, const BuildConfig&);
 class TreeBuilder : public testing::TestWithParam<Builder> {};
-INSTANTIATE_TEST_SUITE_P(All, TreeBuilder, testing::Values(&build_binned, &build_sweep));
-
-// Every primitive once, every node reached once, every box inside its parent's.
-void expect_valid(const Tree& tree, std::span<const Box> boxes, uint32_t max_leaf) {
-  ASSERT_FALSE(tree.empty());
-  const Bounds bounds = refit(tree, boxes);
-  std::vector<int> seen(boxes.size(), 0), visited(tree.nodes.size(), 0);
-  std::vector<uint32_t> stack = {Tree::kRoot};
-  while (!stack.empty()) {
-    const uint32_t node = stack.back();
-    stack.pop_back();
-    ASSERT_EQ(visited[node]++, 0);
-    const TreeNode& n = tree.nodes[node];
-    if (n.is_leaf()) {
-      EXPECT_GE(n.count(), 1u);
-      EXPECT_LE(n.count(), max_leaf);
-      for (uint32_t i = 0; i < n.count(); ++i) {
-        const uint32_t primitive = tree.primitives[n.first() + i];
-        ++seen[primitive];
-        EXPECT_TRUE(bounds[node].contains(boxes[primitive]));
-      }
-    } else {
-      for (const uint32_t child : {n.left(), n.right()}) {
-        EXPECT_TRUE(bounds[node].contains(bounds[child]));
-        stack.push_back(child);
-      }
-    }
-  }
-  EXPECT_EQ(std::accumulate(visited.begin(), visited.end(), 0), int(tree.nodes.size()));
-  for (const int times : seen) EXPECT_EQ(times, 1);
-}
+INSTANTIATE_TEST_SUITE_P(All, TreeBuilder,
+                         testing::Values(&build_binned, &build_sweep, &build_hlbvh_median,
+                                         &build_hlbvh_sah));
 
 TEST_P(TreeBuilder, HoldsEveryPrimitiveOnce) {
   for (const size_t count : {1, 2, 3, 9, 100, 30000}) {
@@ -89,14 +71,70 @@ TEST_P(TreeBuilder, SameTreeForAnyThreadCount) {
   const Tree reference = GetParam()(boxes, BuildConfig());
   for (const int threads : {1, 2, 4}) {
     const ThreadLimit limit(threads);
-    const Tree tree = GetParam()(boxes, BuildConfig());
-    EXPECT_EQ(tree.primitives, reference.primitives);
-    ASSERT_EQ(tree.nodes.size(), reference.nodes.size());
-    for (size_t i = 0; i < tree.nodes.size(); ++i) {
-      EXPECT_EQ(tree.nodes[i].a, reference.nodes[i].a);
-      EXPECT_EQ(tree.nodes[i].b, reference.nodes[i].b);
-    }
+    test::expect_same(GetParam()(boxes, BuildConfig()), reference);
   }
+}
+
+TEST_P(TreeBuilder, NodesStandInDepthFirstOrder) {
+  test::expect_depth_first(GetParam()(boxes_of(test::random_triangles(20000, 5)), BuildConfig()));
+}
+
+TEST_P(TreeBuilder, TheTreeCanBeTraced) {
+  const auto shape = test::sphere(5);
+  const auto boxes = boxes_of(shape);
+  const Tree tree = GetParam()(boxes, BuildConfig());
+  const Bvh8Layout layout = *make_layout(tree, half_areas(refit(tree, boxes)), shape.triangles,
+                                         static_cast<uint32_t>(shape.positions.size()));
+  Bvh8 bvh;
+  update_full(layout, shape.positions, bvh);
+  EXPECT_EQ(validate(layout, bvh, shape.positions, shape.triangles), "");
+}
+
+TEST(Hlbvh, SplitsInTheSpatialMiddle) {
+  // Centroids 0.5, 1.5 .. 15.5 on the x axis lie in a box of 15 units: cells of the first eight
+  // have the code's highest x bit clear, those of the others set. Again in halves, quarters.
+  std::vector<Box> boxes;
+  for (int i = 0; i < 16; ++i) boxes.push_back({vec3(i, 0, 0), vec3(i + 1, 1, 1)});
+  // Seven more at the right end: the spatial middle stays where it is, the primitives' would not.
+  for (int i = 0; i < 7; ++i) boxes.push_back(boxes[15]);
+  BuildConfig config;
+  config.max_leaf = 1;
+  for (const HlbvhSplit split : {HlbvhSplit::median, HlbvhSplit::sah}) {
+    expect_valid(build_hlbvh(boxes, split, config), boxes, 1);
+  }
+  const Tree tree = build_hlbvh(boxes, HlbvhSplit::median, config);
+  const Bounds bounds = refit(tree, boxes);
+  const TreeNode& root = tree.nodes[Tree::kRoot];
+  EXPECT_EQ(bounds[root.left()].max.x, 8.0f);
+  EXPECT_EQ(bounds[root.right()].min.x, 8.0f);
+  EXPECT_EQ(bounds[tree.nodes[root.left()].left()].max.x, 4.0f);
+}
+
+TEST(Hlbvh, FewPrimitivesAreOneLeafEvenFromManyClusters) {
+  const auto boxes = boxes_of(test::random_triangles(8, 3));
+  for (const HlbvhSplit split : {HlbvhSplit::median, HlbvhSplit::sah}) {
+    EXPECT_EQ(build_hlbvh(boxes, split).nodes.size(), 1u);
+  }
+}
+
+TEST(Hlbvh, ManyPrimitivesInOneCellMakeABalancedTree) {
+  // All but one at a point, so that no bit of their codes tells them apart.
+  std::vector<Box> boxes(100001, Box{vec3(0.0f), vec3(0.0f)});
+  boxes[77] = {vec3(1.0f), vec3(1.0f)};
+  for (const HlbvhSplit split : {HlbvhSplit::median, HlbvhSplit::sah}) {
+    const Tree tree = build_hlbvh(boxes, split);
+    expect_valid(tree, boxes, 8);
+    // 100,000 are halved 14 times until eight or fewer are left: 2^14 leaves and that of the one.
+    EXPECT_EQ(tree.nodes.size(), 2 * ((1u << 14) + 1) - 1);
+  }
+}
+
+TEST(Hlbvh, SahIsNoWorseThanMediansAndBothNearBinned) {
+  const auto boxes = boxes_of(test::sphere(6));
+  const auto cost = [&](const Tree& tree) { return sah_cost(tree, refit(tree, boxes)); };
+  const double median = cost(build_hlbvh(boxes, HlbvhSplit::median));
+  EXPECT_LT(cost(build_hlbvh(boxes, HlbvhSplit::sah)), 1.01 * median);
+  EXPECT_LT(median, 1.5 * cost(build_binned(boxes)));
 }
 
 TEST(TreeBuilders, SweepIsAtLeastAboutAsGoodAsBinned) {
