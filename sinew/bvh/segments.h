@@ -46,9 +46,10 @@ struct Segment {
 // worth its bytes (least_gain). The clip's single tree is always made first.
 //
 // That the number is the smallest is as sure as the estimate behind it: costs of all intervals of
-// boundaries come from a model of some thousand primitives, corrected by what full trees turned out
-// to cost; that the limit is kept is measured. Boundaries are then moved to single frames. The time
-// is that of the returned trees and the single one, seldom one or two cuts more.
+// boundaries come from a model of some thousand primitives in at most 128 frames, corrected by what
+// full trees turned out to cost; that the limit is kept is measured. Boundaries are then moved from
+// frame to frame of the model. The time is that of the returned trees and of the single one, seldom
+// of another cut or two.
 //
 // The same for any number of threads. Errors: no frames, times that are not finite or fall (several
 // clips in one, see join_clips(), have no order to cut along), a byte budget below a single tree.
