@@ -8,7 +8,6 @@
 
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/build.h"
 #include "sinew/bvh/segment_search.h"
 
 namespace sinew {
@@ -159,18 +158,14 @@ class Cutter {
     }
     std::vector<double> costs(frames.size()), rebuilt(frames.size());
     const size_t grain = (frames.size() + kBuffers - 1) / kBuffers;
-    const CostModel& model = config_.optimize.cost;
     parallel_for(frames.size(), grain, [&](size_t begin, size_t end) {
       for (size_t f = begin; f < end; ++f) {
-        const std::vector<Box> boxes =
+        std::vector<Box> boxes =
             repaired_frame(animation_, frames[f], segment.representatives, segment.frames);
-        costs[f] = sah_cost(segment.tree, refit(segment.tree, boxes), model);
-        if (const auto known = rebuild_costs_.find(frames[f]); known != rebuild_costs_.end()) {
-          rebuilt[f] = known->second;
-        } else {
-          const Tree tree = build_binned(boxes, {.max_leaf = 1});
-          rebuilt[f] = sah_cost(tree, refit(tree, boxes), model);
-        }
+        costs[f] = sah_cost(segment.tree, refit(segment.tree, boxes), config_.optimize.cost);
+        const auto known = rebuild_costs_.find(frames[f]);
+        rebuilt[f] =
+            known != rebuild_costs_.end() ? known->second : rebuild_cost(std::move(boxes), config_);
       }
     });
     const std::vector<double> all_weights =

@@ -15,14 +15,22 @@
 
 namespace sinew {
 
+// What a new tree for every frame is, by which costs are judged; one primitive a leaf.
+enum class Rebuild : uint8_t {
+  binned,     // what a program can afford while it runs
+  optimized,  // build_optimized() for each, as T's SAH-rebuild has it: 1.1 to 1.3 times cheaper to
+              // trace, and as dear to measure as several more segments
+};
+
 struct SegmentConfig {
   OptimizeConfig optimize{};
   uint32_t representatives = 5;  // frames a segment
   FrameChoice choice = FrameChoice::uniform;
   uint32_t most_segments = 1;
-  // Average cost over the clip, relative to a new tree for every frame (binned SAH, one primitive a
-  // leaf). 0: as cheap as most_segments and byte_budget allow.
+  // Average cost over the clip, relative to a new tree for every frame. 0: as cheap as
+  // most_segments and byte_budget allow.
   double cost_limit = 1.15;
+  Rebuild rebuild = Rebuild::binned;
   size_t byte_budget = 0;    // of all trees, by bytes_of_trees(); 0: no limit
   double least_gain = 0.01;  // another tree must save this share of the average cost
   uint32_t boundaries = 16;  // where segments may begin at first: so many equal parts of the clip

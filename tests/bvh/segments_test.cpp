@@ -143,6 +143,17 @@ TEST(Segments, KeepTheBudget) {
   EXPECT_NE(none.error().message().find("too small"), std::string::npos);
 }
 
+TEST(Segments, OptimizedRebuildsAreAStricterMeasure) {
+  const AnimatedBoxes a = constellations(400, 40, {15});
+  const std::vector<Segment> binned = cut(a, {.most_segments = 4});
+  const std::vector<Segment> optimized =
+      cut(a, {.most_segments = 4, .rebuild = Rebuild::optimized});
+  EXPECT_EQ(first_frames(optimized), (std::vector<uint32_t>{0, 15}));
+  EXPECT_EQ(average_cost(optimized), average_cost(binned));
+  EXPECT_LT(average_rebuild_cost(optimized), 0.98 * average_rebuild_cost(binned));
+  EXPECT_GT(cost_ratio(optimized), 0.99);
+}
+
 TEST(Segments, MedoidsServeToo) {
   const AnimatedBoxes a = constellations(400, 60, {20});
   const std::vector<Segment> two = cut(a, {.choice = FrameChoice::medoids, .most_segments = 4});
