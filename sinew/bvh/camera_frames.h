@@ -5,8 +5,13 @@
 // the ratio of their areas. For the primary rays of one camera this chance is the ratio of what
 // their boxes cover on the screen. So a view is one more frame, whose primitives have the
 // rectangles that they cover on the screen as boxes, with no depth: half their area is dx * dy + 0
-// + 0, and the union of rectangles is what a node covers at most. Builders, optimisers and costs
-// need not know.
+// + 0. Builders, optimisers and costs need not know.
+//
+// What is approximate: a node's rectangle is the union of its primitives', while rays meet its box
+// in space. Far from the eye the two are nearly the same; for boxes about the eye they are not. So
+// three scenes seen from outside gained at a share of 0.25, 3 to 10% fewer boxes and triangles a
+// primary ray for 1% more by other rays, and at 0.5, 5 to 16% fewer for 3 to 5% more. With a camera
+// in their midst they gained 1 to 26% at 0.25, but from -14 to 19% at 0.5.
 #pragma once
 
 #include <span>

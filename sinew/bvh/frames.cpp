@@ -44,16 +44,23 @@ FrameBoxes make_frame_boxes(std::vector<std::vector<Box>> frames) {
   for (const std::vector<Box>& boxes : frames) {
     SINEW_CHECK(boxes.size() == frames.front().size());
   }
+  struct Repair {
+    size_t frame, primitive;
+    Box box;
+  };
   const vec3 middle = middle_of(frames);
-  out.frames = frames;
+  std::vector<Repair> repairs;  // all known before the first is made
   for (size_t f = 0; f < frames.size(); ++f) {
     for (size_t p = 0; p < frames[f].size(); ++p) {
       if (is_there(frames[f][p])) continue;
       const std::optional<size_t> near = nearest_frame(frames, f, p);
-      out.frames[f][p] = near ? frames[*near][p] : Box{middle, middle};
+      repairs.push_back({f, p, near ? frames[*near][p] : Box{middle, middle}});
     }
   }
-  out.weights.assign(frames.size(), 1.0 / static_cast<double>(std::max<size_t>(frames.size(), 1)));
+  out.frames = std::move(frames);
+  for (const Repair& repair : repairs) out.frames[repair.frame][repair.primitive] = repair.box;
+  const size_t count = std::max<size_t>(out.frames.size(), 1);
+  out.weights.assign(out.frames.size(), 1.0 / static_cast<double>(count));
   return out;
 }
 

@@ -12,10 +12,25 @@ namespace sinew {
 namespace {
 
 constexpr uint32_t kModelFrames = 128;
-constexpr uint32_t kModelPrimitives = 2048;
+constexpr uint32_t kModelPrimitives = 4096;
 constexpr int kMoves = 2;  // how often boundaries move and trees follow
 
 }  // namespace
+
+double rebuild_cost(std::vector<Box> boxes, const SegmentConfig& config) {
+  const CostModel& model = config.optimize.cost;
+  if (config.rebuild == Rebuild::binned) {
+    const Tree tree = build_binned(boxes, {.max_leaf = 1});
+    return sah_cost(tree, refit(tree, boxes), model);
+  }
+  FrameBoxes frame;
+  frame.frames.push_back(std::move(boxes));
+  frame.weights = {1.0};
+  OptimizeConfig optimize = config.optimize;
+  optimize.on_step = nullptr;  // it is told of the segments' trees only
+  const Tree tree = build_optimized(frame, optimize);
+  return sah_cost(tree, refit(tree, frame.frames[0]), model);
+}
 
 SegmentSearch::SegmentSearch(const AnimatedBoxes& animation, const SegmentConfig& config)
     : config_(config) {
@@ -29,8 +44,7 @@ SegmentSearch::SegmentSearch(const AnimatedBoxes& animation, const SegmentConfig
   std::vector<double> rebuilt(frames_.size());
   parallel_for(frames_.size(), 1, [&](size_t begin, size_t end) {
     for (size_t f = begin; f < end; ++f) {
-      const Tree tree = build_binned(model_.frames[f], {.max_leaf = 1});
-      rebuilt[f] = cost_of(tree, static_cast<uint32_t>(f));
+      rebuilt[f] = sinew::rebuild_cost(model_.frames[f], config_);
     }
   });
   for (size_t f = 0; f < frames_.size(); ++f) rebuild_cost_ += model_.weights[f] * rebuilt[f];

@@ -11,6 +11,9 @@
 
 namespace sinew {
 
+// What the frame's own tree costs. Boxes must be finite.
+double rebuild_cost(std::vector<Box> boxes, const SegmentConfig& config);
+
 // Segments by their first frames; the first is 0.
 struct Cut {
   std::vector<uint32_t> first_frames;

@@ -8,21 +8,19 @@
 
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/build.h"
 #include "sinew/bvh/segment_search.h"
 
 namespace sinew {
 namespace {
 
-constexpr uint32_t kMeasuredFrames = 16;      // of the clip, in full
 constexpr uint32_t kLeastMeasuredFrames = 3;  // of a segment
 constexpr size_t kBuffers = 4;                // of them at once
 constexpr int kMostCuts = 3;                  // that are tried in full
 
 // Frames between those that evenly_spread() makes representatives, as far as there are any.
-std::vector<uint32_t> frames_between(uint32_t first, uint32_t last) {
-  const std::vector<uint32_t> spread = evenly_spread(first, last, 2 * kMeasuredFrames + 1);
-  if (spread.size() <= 2 * kMeasuredFrames) return spread;
+std::vector<uint32_t> frames_between(uint32_t first, uint32_t last, uint32_t count) {
+  const std::vector<uint32_t> spread = evenly_spread(first, last, 2 * count + 1);
+  if (spread.size() <= 2 * count) return spread;
   std::vector<uint32_t> out;
   for (size_t i = 1; i < spread.size(); i += 2) out.push_back(spread[i]);
   return out;
@@ -57,7 +55,7 @@ class Cutter {
         config_(config),
         most_segments_(most_segments),
         weights_(frame_weights(animation, 0, animation.frame_count() - 1)),
-        measured_(frames_between(0, animation.frame_count() - 1)) {
+        measured_(frames_between(0, animation.frame_count() - 1, config.measured_frames)) {
     if (!config.optimize.on_step) return;
     config_.optimize.on_step = [this, on_step = config.optimize.on_step](const OptimizeStep& step) {
       if (!on_step(step)) stopped_ = true;
@@ -160,18 +158,14 @@ class Cutter {
     }
     std::vector<double> costs(frames.size()), rebuilt(frames.size());
     const size_t grain = (frames.size() + kBuffers - 1) / kBuffers;
-    const CostModel& model = config_.optimize.cost;
     parallel_for(frames.size(), grain, [&](size_t begin, size_t end) {
       for (size_t f = begin; f < end; ++f) {
-        const std::vector<Box> boxes =
+        std::vector<Box> boxes =
             repaired_frame(animation_, frames[f], segment.representatives, segment.frames);
-        costs[f] = sah_cost(segment.tree, refit(segment.tree, boxes), model);
-        if (const auto known = rebuild_costs_.find(frames[f]); known != rebuild_costs_.end()) {
-          rebuilt[f] = known->second;
-        } else {
-          const Tree tree = build_binned(boxes, {.max_leaf = 1});
-          rebuilt[f] = sah_cost(tree, refit(tree, boxes), model);
-        }
+        costs[f] = sah_cost(segment.tree, refit(segment.tree, boxes), config_.optimize.cost);
+        const auto known = rebuild_costs_.find(frames[f]);
+        rebuilt[f] =
+            known != rebuild_costs_.end() ? known->second : rebuild_cost(std::move(boxes), config_);
       }
     });
     const std::vector<double> all_weights =
@@ -204,6 +198,7 @@ Error usage(std::string problem, std::string remedy) {
 Result<std::vector<Segment>> cut_into_segments(const AnimatedBoxes& animation,
                                                const SegmentConfig& config) {
   SINEW_CHECK(config.most_segments > 0 && config.representatives > 0 && config.boundaries > 0);
+  SINEW_CHECK(config.measured_frames > 0);
   if (animation.frame_count() == 0) {
     return fail(usage("the animation has no frames", "choose another clip or range of frames"));
   }

@@ -15,17 +15,27 @@
 
 namespace sinew {
 
+// What a new tree for every frame is, by which costs are judged; one primitive a leaf.
+enum class Rebuild : uint8_t {
+  binned,     // what a program can afford while it runs
+  optimized,  // build_optimized() for each, as T's SAH-rebuild has it: 1.1 to 1.3 times cheaper to
+              // trace, and as dear to measure as several more segments
+};
+
 struct SegmentConfig {
   OptimizeConfig optimize{};
   uint32_t representatives = 5;  // frames a segment
   FrameChoice choice = FrameChoice::uniform;
   uint32_t most_segments = 1;
-  // Average cost over the clip, relative to a new tree for every frame (binned SAH, one primitive a
-  // leaf). 0: as cheap as most_segments and byte_budget allow.
+  // Average cost over the clip, relative to a new tree for every frame. 0: as cheap as
+  // most_segments and byte_budget allow.
   double cost_limit = 1.15;
+  Rebuild rebuild = Rebuild::binned;
   size_t byte_budget = 0;    // of all trees, by bytes_of_trees(); 0: no limit
   double least_gain = 0.01;  // another tree must save this share of the average cost
   uint32_t boundaries = 16;  // where segments may begin at first: so many equal parts of the clip
+  // Frames whose costs, rebuilds among them, are measured in full; a segment has three at least.
+  uint32_t measured_frames = 12;
 };
 
 struct Segment {
@@ -44,9 +54,10 @@ struct Segment {
 // worth its bytes (least_gain). The clip's single tree is always made first.
 //
 // That the number is the smallest is as sure as the estimate behind it: costs of all intervals of
-// boundaries come from a model of some thousand primitives, corrected by what full trees turned out
-// to cost; that the limit is kept is measured. Boundaries are then moved to single frames. The time
-// is that of the returned trees and the single one, seldom one or two cuts more.
+// boundaries come from a model of some thousand primitives in at most 128 frames, corrected by what
+// full trees turned out to cost; that the limit is kept is measured. Boundaries are then moved from
+// frame to frame of the model. The time is that of the returned trees and of the single one, seldom
+// of another cut or two.
 //
 // The same for any number of threads. Errors: no frames, times that are not finite or fall (several
 // clips in one, see join_clips(), have no order to cut along), a byte budget below a single tree.

@@ -114,8 +114,7 @@ TEST(Segments, OneTreeWhereNothingChanges) {
 
 TEST(Segments, TheBestForAFixedNumber) {
   const AnimatedBoxes a = constellations(400, 80, {16, 62});
-  // The middle part is the longest, so it gets a tree of its own if there are two... but one of the
-  // outer parts must share one with a neighbour.
+  // The long part in the middle must share a tree with one of the others.
   const std::vector<Segment> two = cut(a, {.most_segments = 2});
   ASSERT_EQ(two.size(), 2u);
   EXPECT_TRUE(two[1].first_frame == 16 || two[1].first_frame == 62) << two[1].first_frame;
@@ -144,6 +143,17 @@ TEST(Segments, KeepTheBudget) {
   EXPECT_NE(none.error().message().find("too small"), std::string::npos);
 }
 
+TEST(Segments, OptimizedRebuildsAreAStricterMeasure) {
+  const AnimatedBoxes a = constellations(400, 40, {15});
+  const std::vector<Segment> binned = cut(a, {.most_segments = 4});
+  const std::vector<Segment> optimized =
+      cut(a, {.most_segments = 4, .rebuild = Rebuild::optimized});
+  EXPECT_EQ(first_frames(optimized), (std::vector<uint32_t>{0, 15}));
+  EXPECT_EQ(average_cost(optimized), average_cost(binned));
+  EXPECT_LT(average_rebuild_cost(optimized), 0.98 * average_rebuild_cost(binned));
+  EXPECT_GT(cost_ratio(optimized), 0.99);
+}
+
 TEST(Segments, MedoidsServeToo) {
   const AnimatedBoxes a = constellations(400, 60, {20});
   const std::vector<Segment> two = cut(a, {.choice = FrameChoice::medoids, .most_segments = 4});
@@ -151,8 +161,8 @@ TEST(Segments, MedoidsServeToo) {
 }
 
 TEST(Segments, SameForAnyThreadCount) {
-  const AnimatedBoxes a = constellations(1000, 48, {17, 30});
-  const SegmentConfig config{.most_segments = 4};
+  const AnimatedBoxes a = constellations(500, 48, {17, 30});
+  const SegmentConfig config{.most_segments = 3, .boundaries = 8};
   const std::vector<Segment> expected = cut(a, config);
   EXPECT_EQ(expected.size(), 3u);
   for (const int threads : {1, 4}) {
