@@ -13,7 +13,6 @@ inline constexpr uint32_t kMaxFrameBins = 16;
 
 // A way to sort primitives into bins: by their centres on one axis in one frame.
 struct BinAxis {
-  uint32_t axis = 0, frame = 0;
   uint32_t row = 0;    // axis * padding + frame
   float low = 0.0f;    // the least centre, times two
   float scale = 0.0f;  // bins per unit

@@ -151,10 +151,10 @@ void FrameTree::set_heights(uint32_t record) {
   }
 }
 
-bool FrameTree::move(uint32_t slot, uint32_t to) {
+bool FrameTree::move(uint32_t slot, uint32_t to, float least) {
   const uint32_t record = slot >> 1, sibling = slot ^ 1, from = parent_[record];
   if (!move_savings(view(), slot, to, rest_.data(), saved_.data()) ||
-      !worth_it(kLeastGain * areas_[from]) || too_deep(slot, to)) {
+      !worth_it(std::max(least, kLeastGain * areas_[from])) || too_deep(slot, to)) {
     return false;
   }
   for (uint32_t f = 0; f < frames_; ++f) {

@@ -36,9 +36,10 @@ class FrameTree {
   // Computes the costs, g = v_i C_i^k (T's w_i, by time) from them, and all areas anew.
   void refresh();
 
-  // Moves the subtree in `slot` beside what `to` holds if that makes power_cost() less, and the
-  // tree no deeper than can be traced; returns whether it did. Boxes and areas stay exact.
-  bool move(uint32_t slot, uint32_t to);
+  // Moves the subtree in `slot` beside what `to` holds if that makes power_cost() less, by as much
+  // as areas that fall by `least`, and the tree no deeper than can be traced; returns whether it
+  // did. Boxes and areas stay exact.
+  bool move(uint32_t slot, uint32_t to, float least = 0.0f);
 
   // Whether moves have changed what the record of the slot holds since forget_changes().
   bool changed(uint32_t slot) const { return changed_[slot >> 1] != 0; }
