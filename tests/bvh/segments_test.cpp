@@ -107,7 +107,8 @@ TEST(Segments, OneTreeWhereNothingChanges) {
   EXPECT_EQ(cut(still, {.most_segments = 8}).size(), 1u);
   const AnimatedBoxes moving = animation_of(300, 40, [](uint32_t frame, std::span<Box> out) {
     Random random(3);
-    for (Box& box : out) box = box_at(random.uniform3(0.0f, 1.0f) + vec3(3.0f * frame, 0, 0));
+    for (Box& box : out)
+      box = box_at(random.uniform3(0.0f, 1.0f) + vec3(3.0f * float(frame), 0, 0));
   });
   EXPECT_EQ(cut(moving, {.most_segments = 8}).size(), 1u);
 }
