@@ -96,4 +96,15 @@ Tree collapse_leaves(const Tree& tree, const FrameBoxes& frames, std::span<const
   return out;
 }
 
+TimedTree traced_tree(const Tree& tree, const FrameBoxes& frames, double exponent) {
+  constexpr BuildConfig kTraced{};
+  constexpr CostModel kCost{kTraced.traversal_cost,
+                            kTraced.intersection_cost / float(kTraced.leaf_block)};
+  const std::vector<double> g = area_weights(tree, frames, frame_costs(tree, frames), exponent);
+  TimedTree out;
+  out.tree = collapse_leaves(tree, frames, g, kCost, kTraced.leaf_block, kTraced.max_leaf);
+  out.areas = weighted_areas(out.tree, frames, g);
+  return out;
+}
+
 }  // namespace sinew

@@ -47,4 +47,8 @@ Tree build_optimized(const FrameBoxes& frames, const OptimizeConfig& config = {}
 Tree collapse_leaves(const Tree& tree, const FrameBoxes& frames, std::span<const double> g,
                      const CostModel& model, uint32_t leaf_block, uint32_t max_leaf);
 
+// A tree with one primitive a leaf as it is traced: leaves as BuildConfig's defaults have them, and
+// areas over the frames. It begins at time 0.
+TimedTree traced_tree(const Tree& tree, const FrameBoxes& frames, double exponent);
+
 }  // namespace sinew

@@ -17,11 +17,6 @@ namespace {
 
 constexpr const char* kAllClips = "all";
 
-// What a ray pays in the traced layout: packets of four, eight-wide nodes (see BuildConfig).
-constexpr BuildConfig kTraced{};
-constexpr CostModel kTracedCost{kTraced.traversal_cost,
-                                kTraced.intersection_cost / float(kTraced.leaf_block)};
-
 constexpr uint32_t kFramesJudged = 25;
 
 // A representative frame: of which clip, and when.
@@ -119,20 +114,15 @@ class BodyOptimizer {
     segment.tree = optimize(segment.tree, segment.frames, config_);
   }
 
-  // The tree as it is traced: leaves of several triangles, and areas that order eight-wide nodes.
   TimedTree finish(const Segment& segment) const {
-    const FrameBoxes& frames = segment.frames;
-    const auto weights_of = [&](const Tree& tree) {
-      return area_weights(tree, frames, frame_costs(tree, frames), options_.exponent);
-    };
-    const std::vector<double> g = weights_of(segment.tree);
-    Tree tree =
-        collapse_leaves(segment.tree, frames, g, kTracedCost, kTraced.leaf_block, kTraced.max_leaf);
-    if (options_.derived_boxes && report_.deforms && derivable(motion_)) {
-      tree = over_derived_boxes(tree, segment);
-    }
-    std::vector<float> areas = weighted_areas(tree, frames, g);
-    return {segment.begin, std::move(tree), std::move(areas)};
+    TimedTree out = traced_tree(segment.tree, segment.frames, options_.exponent);
+    out.begin = segment.begin;
+    if (!options_.derived_boxes || !report_.deforms || !derivable(motion_)) return out;
+    out.tree = over_derived_boxes(out.tree, segment);
+    const std::vector<double> costs = frame_costs(out.tree, segment.frames);
+    const std::vector<double> g = area_weights(out.tree, segment.frames, costs, options_.exponent);
+    out.areas = weighted_areas(out.tree, segment.frames, g);
+    return out;
   }
 
   Tree over_derived_boxes(const Tree& tree, const Segment& segment) const {

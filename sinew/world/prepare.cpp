@@ -1,7 +1,10 @@
 // From a Scene to a World: one object a scene object, and the clip that moves them.
+#include <algorithm>
 #include <charconv>
+#include <optional>
 
 #include "sinew/world/animation_trees.h"
+#include "sinew/world/body_animation.h"
 #include "sinew/world/scene_bodies.h"
 #include "sinew/world/world_impl.h"
 
@@ -20,6 +23,22 @@ ObjectDesc describe(const Scene& scene, const Mesh& mesh) {
   const bool all_single_sided = single_sided == mesh.parts.size();
   return {.filtered = lets_through > 0 || (single_sided > 0 && !all_single_sided),
           .single_sided = all_single_sided};
+}
+
+// A tree over some frames of the clip, if the tree that suits its middle gets much dearer in
+// others; else none.
+std::optional<TimedTree> tree_over_clip(const Scene& scene, const SceneBody& body, int clip) {
+  constexpr uint32_t kFrames = 5;
+  constexpr double kMuchDearer = 1.3;
+  const AnimatedBoxes animation = body_animation(scene, body, clip, kFrames);
+  if (animation.frame_count() < kFrames) return std::nullopt;
+  std::vector<std::vector<Box>> boxes(kFrames, std::vector<Box>(animation.primitive_count));
+  for (uint32_t f = 0; f < kFrames; ++f) animation.boxes(f, boxes[f]);
+  const FrameBoxes frames = make_frame_boxes(std::move(boxes));
+  const Tree middle = build_binned(frames.frames[kFrames / 2]);
+  const std::vector<double> costs = frame_costs(middle, frames);
+  if (!(*std::ranges::max_element(costs) > kMuchDearer * costs[kFrames / 2])) return std::nullopt;
+  return traced_tree(build_over_frames(frames), frames, 0.0);
 }
 
 uint32_t tree_at(const Body& body, double seconds) {
@@ -73,7 +92,13 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
                   .motion = motion_of(mesh, body.skinned),
                   .build_pose = pose.objects[body.objects.front()],
                   .build = options.build};
-    if (options.trees != nullptr) desc.trees = options.trees->bodies[b];
+    std::optional<TimedTree> over_clip;
+    if (options.trees != nullptr) {
+      desc.trees = options.trees->bodies[b];
+    } else if (options.over_clip && moves && deforms(desc.motion)) {
+      over_clip = tree_over_clip(scene, body, w.clip);
+      if (over_clip) desc.trees = {&*over_clip, 1};
+    }
     SINEW_TRY(const BodyId id, world.add_body(desc));
     for (const uint32_t object : body.objects) body_of[object] = id;
   }

@@ -176,11 +176,13 @@ struct PrepareOptions {
   BuildConfig build{};
   UpdateMode update = UpdateMode::automatic;
   TopTree top_tree = TopTree::objects;
+  bool over_clip = true;            // else every tree is built for the clip's middle alone
   const TreeFile* trees = nullptr;  // from optimize_trees(); else one is built for every body
 };
 
 // Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.
-// Trees that are not given are built for the middle of the clip. The scene must outlive the world;
+// Trees that are not given are built for the middle of the clip, or over five of its frames where
+// that one would get much dearer. The scene must outlive the world;
 // `trees` need not. Errors also: trees that do not fit (check_trees()).
 Result<World> prepare(const Scene& scene, const PrepareOptions& options = {});
 

@@ -80,7 +80,7 @@ TEST_P(AnimationTreesTest, HitsAreThoseOfBuiltTrees) {
 }
 
 TEST(AnimationTrees, ServeAScatteringBodyBetter) {
-  const Scene scene = *make_study_scene("soup,triangles=1000");
+  const Scene scene = *make_study_scene("soup,triangles=2000");
   const AnimationTrees one = *optimize_trees(scene, {});
   AnimationTreeOptions options;
   options.most_segments = 4;
