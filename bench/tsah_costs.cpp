@@ -187,7 +187,7 @@ void add_cost_figures(const json& rows, json& figures) {
     const bool scatters = m.motion == "scattering";
     const double over_single =
         cost_of(rows, m.scene, kSahBest, "average") / cost_of(rows, m.scene, kTsah, "average");
-    if (m.motion == "moderate") moderate.add(m.scene, ours / rebuilt);
+    if (m.motion == "rigid" || m.motion == "moderate") moderate.add(m.scene, ours / rebuilt);
     if (scatters) recovered.add(m.scene, (first - ours) / (first - rebuilt));
     single.add(m.scene, over_single);
     if (scatters) single_scattering.add(m.scene, over_single);

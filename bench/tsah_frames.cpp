@@ -348,7 +348,7 @@ void add_frame_figures(const json& rows, json& figures) {
     const std::string scene = row["scene"], motion = row["motion"];
     const bool fast = row["test"] == name_of(TriangleTest::fast);
     const char* const test = name_of(fast ? TriangleTest::fast : TriangleTest::robust);
-    if (motion != "moderate") {
+    if (motion != "rigid") {
       add_speedup(rows, row, test, "total_ms", fast ? full : full_robust);
       add_speedup(rows, row, test, "primary_ms", fast ? primary : primary_robust);
     }

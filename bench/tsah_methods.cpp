@@ -45,6 +45,24 @@ double average(std::span<const double> costs) {
   return sum / double(std::max<size_t>(costs.size(), 1));
 }
 
+// Frames that stand for the animation better than even ones may, chosen by what their trees cost in
+// the others. The time to choose them counts.
+MethodTrees tsah_of_medoids(const FlatClip& clip, uint32_t representatives) {
+  const AnimatedBoxes animation = clip.animation(kSegmentFrames);
+  FrameBoxes frames;
+  const double choosing = 1e-3 * milliseconds([&] {
+                            std::vector<double> weights;
+                            const std::vector<uint32_t> chosen =
+                                choose_frames(animation, 0, kSegmentFrames - 1, representatives,
+                                              FrameChoice::medoids, &weights);
+                            frames = sample_frames(animation, chosen, weights);
+                          });
+  MethodTrees out = tsah(fmt::format("{}, medoids", kTsah), frames, 0);
+  out.seconds += choosing;
+  out.note = fmt::format("{} frames", frames.frame_count());
+  return out;
+}
+
 // T's own algorithm.
 void add_reference(const FlatClip& clip, uint32_t representatives, std::vector<MethodTrees>& out) {
   const FrameBoxes frames = boxes_at(clip, even_frames(representatives));
@@ -178,6 +196,7 @@ Result<std::vector<MethodTrees>> make_methods(const FlatClip& clip, const Method
   }
   out.push_back(
       tsah(fmt::format("{}, {} frames", kTsah, many), boxes_at(clip, even_frames(many)), 0));
+  out.push_back(tsah_of_medoids(clip, few));
   if (config.reference) add_reference(clip, few, out);
   if (config.segments) {
     out.push_back(thirds(clip, few));

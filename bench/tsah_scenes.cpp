@@ -15,8 +15,8 @@ namespace {
 constexpr std::array<std::string_view, 2> kPigManStrays = {"Object_32", "Object_44"};
 
 const std::array<TsahScene, 13> kScenes = {{
-    {"robots", "bart/scene_robot/aff/Robot.aff", SceneMotion::moderate, true},
-    {"kitchen", "bart/scene_kitchen/aff/kitchen.aff", SceneMotion::moderate, true},
+    {"robots", "bart/scene_robot/aff/Robot.aff", SceneMotion::rigid, true},
+    {"kitchen", "bart/scene_kitchen/aff/kitchen.aff", SceneMotion::rigid, true},
     {"museum", "bart/scene_museum/aff/museum5.aff", SceneMotion::scattering, true},
     {"cloth", "study:cloth", SceneMotion::deforming, false, true},
     {"cell24", "study:cell24", SceneMotion::deforming, false, true},
@@ -50,7 +50,7 @@ Result<Scene> load_scene(const std::string& input) {
 }  // namespace
 
 const char* name_of(SceneMotion motion) {
-  constexpr const char* kNames[] = {"moderate", "deforming", "scattering", "unknown"};
+  constexpr const char* kNames[] = {"rigid", "moderate", "deforming", "scattering", "unknown"};
   return kNames[static_cast<size_t>(motion)];
 }
 

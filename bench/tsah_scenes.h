@@ -21,7 +21,8 @@ namespace sinew::bench {
 
 // How much neighbours stay neighbours.
 enum class SceneMotion : uint8_t {
-  moderate,    // rigid parts and characters: one good tree serves all frames
+  rigid,       // parts that move as they are
+  moderate,    // characters: neighbours on the skin stay so
   deforming,   // one surface that bends far
   scattering,  // pieces that fly apart
   unknown,     // a scene of the user's
