@@ -21,7 +21,7 @@ struct TsahOptions {
   double most_seconds = 60.0;  // of one run of it in convergence plots
   uint32_t width = 1024;       // table 2
   uint32_t height = 768;
-  uint32_t frames = 5;  // of table 2, evenly spread over the clip
+  uint32_t frames = 3;  // of table 2, evenly spread over the clip
   uint32_t repeats = 3;
   int threads = 2;
 };
