@@ -12,10 +12,11 @@
 namespace sinew::bench {
 
 struct TsahOptions {
-  std::vector<std::string> scenes;  // see find_tsah_scene(); "all": the whole list; empty: quick
-  std::vector<std::string> only;    // parts (tsah_parts()); empty: all
-  std::string data;                 // folder of the scenes that are not ours
-  uint32_t evaluated = 50;          // frames of table 1
+  std::vector<std::string>
+      scenes;  // see find_tsah_scene(); "all": the list but the quick ones; empty: these
+  std::vector<std::string> only;  // parts (tsah_parts()); empty: all
+  std::string data;               // folder of the scenes that are not ours
+  uint32_t evaluated = 50;        // frames of table 1
   uint32_t representatives = 5;
   bool reference = false;      // T's own algorithm too: one thread, minutes
   double most_seconds = 60.0;  // of one run of it in convergence plots
