@@ -12,8 +12,8 @@
 namespace sinew::bench {
 
 struct TsahOptions {
-  std::vector<std::string>
-      scenes;  // see find_tsah_scene(); "all": the list but the quick ones; empty: these
+  // See find_tsah_scene(). "all": the list but the quick ones; empty: the quick ones.
+  std::vector<std::string> scenes;
   std::vector<std::string> only;  // parts (tsah_parts()); empty: all
   std::string data;               // folder of the scenes that are not ours
   uint32_t evaluated = 50;        // frames of table 1
