@@ -43,9 +43,9 @@ bool is_there(const TsahScene& scene) {
 // Scenes that nobody named are skipped where their file is absent.
 std::vector<TsahScene> chosen_scenes(const TsahOptions& options, json& skipped) {
   std::vector<TsahScene> out;
-  const auto add_listed = [&](bool quick_only) {
+  const auto add_listed = [&](bool quick) {
     for (const TsahScene& listed : tsah_scenes()) {
-      if (quick_only && !listed.quick) continue;
+      if (listed.quick != quick) continue;
       TsahScene scene = find_tsah_scene(listed.name, options.data);
       if (is_there(scene)) {
         out.push_back(std::move(scene));
