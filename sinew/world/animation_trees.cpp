@@ -18,6 +18,7 @@ namespace {
 constexpr const char* kAllClips = "all";
 
 constexpr uint32_t kFramesJudged = 25;
+constexpr uint32_t kMostExponent = 64;
 
 // A representative frame: of which clip, and when.
 struct FrameTime {
@@ -188,6 +189,9 @@ Result<void> check_options(const AnimationTreeOptions& options, size_t clips) {
   };
   if (options.frames == 0 || options.most_segments == 0) {
     return usage("a tree needs at least one frame, a clip at least one segment", "give 1 or more");
+  }
+  if (options.exponent > kMostExponent) {
+    return usage("such an exponent leaves one frame alone to count", "give 0 to 64");
   }
   if (clips > 1 && options.most_segments > 1) {
     return usage("the poses of several clips have no order that could be cut into segments",
