@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 
 #include "app/camera_choice.h"
@@ -59,10 +60,25 @@ Result<void> read_segments(OptimizeJob& job) {
   return {};
 }
 
+// Only names that end in .tree are written, so that no model is lost to a slip.
+Result<void> check_outputs(const OptimizeJob& job) {
+  if (job.output == "-" && job.json == "-") {
+    return fail({ErrorKind::usage, "", "", "trees and report cannot both go to standard output",
+                 "give --json a file name"});
+  }
+  if (job.output != "-" && std::filesystem::path(job.output).extension() != ".tree") {
+    return fail({ErrorKind::usage, job.output, "", "is no name of a file of trees",
+                 "name the output .tree"});
+  }
+  SINEW_CHECKED(check_writable(job.output));
+  if (!job.json.empty()) SINEW_CHECKED(check_writable(job.json));
+  return {};
+}
+
 Result<void> read_options(OptimizeJob& job) {
   SINEW_CHECKED(read_segments(job));
   if (!job.budget.empty()) {
-    SINEW_TRY(job.trees.byte_budget, parse_bytes(job.budget));
+    SINEW_TRY(job.trees.byte_budget, parse_bytes(job.budget, "--budget"));
   }
   if (job.choice != "uniform" && job.choice != "medoids") {
     return fail({ErrorKind::usage, "", fmt::format("--choice '{}'", job.choice),
@@ -86,24 +102,51 @@ Result<void> choose_view(OptimizeJob& job, const Scene& scene) {
   return {};
 }
 
+// As long as a column.
+std::string shortened(const std::string& name) {
+  return fmt::format("{:.24}", name) == name ? name : fmt::format("{:.21}...", name);
+}
+
 std::string table_of(const AnimationTrees& made) {
   std::string text = fmt::format("{:<24} {:>9} {:>6} {:>8} {:>8} {:>8} {:>8} {:>7}\n", "body",
                                  "triangles", "trees", "cost", "highest", "middle", "rebuild", "s");
   for (const BodyTreeReport& body : made.bodies) {
     const std::string rebuild =
         body.rebuild_cost > 0.0 ? fmt::format("{:.1f}", body.rebuild_cost) : "-";
-    text += fmt::format("{:<24.24} {:>9} {:>6} {:>8.1f} {:>8.1f} {:>8.1f} {:>8} {:>7.2f}\n",
-                        body.name, body.triangles, body.segments, body.cost, body.highest_cost,
-                        body.middle_frame_cost, rebuild, body.seconds);
+    text += fmt::format("{:<24} {:>9} {:>6} {:>8.1f} {:>8.1f} {:>8.1f} {:>8} {:>7.2f}\n",
+                        shortened(body.name), body.triangles, body.segments, body.cost,
+                        body.highest_cost, body.middle_frame_cost, rebuild, body.seconds);
   }
   return text +
-         "cost: average over the animation; highest: in its dearest frame; middle: of the tree "
-         "that\n"
-         "is built without this command; rebuild: of a new tree for every frame\n";
+         "cost: average over the animation; highest: in its dearest frame; middle: of a tree "
+         "for\n"
+         "the clip's middle alone; rebuild: of a new tree for every frame\n";
+}
+
+// Whose trees do not keep the limit, and what could be done about it.
+std::string advice_of(const OptimizeJob& job, const AnimationTrees& made) {
+  const uint32_t most = job.trees.most_segments;
+  std::string text;
+  for (const BodyTreeReport& body : made.bodies) {
+    if (!(body.cost > job.trees.cost_limit * body.rebuild_cost) || body.rebuild_cost <= 0.0) {
+      continue;
+    }
+    const std::string remedy = most == 1              ? "try --segments auto"
+                               : !job.budget.empty()  ? "try a larger --budget"
+                               : body.segments < most ? "more trees would gain little"
+                                                      : fmt::format("try --segments {}", 2 * most);
+    text += fmt::format("{}: {:.2f} times as dear as new trees, above the limit of {}: {}\n",
+                        shortened(body.name), body.cost / body.rebuild_cost, job.trees.cost_limit,
+                        remedy);
+  }
+  return text;
 }
 
 std::string json_of(const OptimizeJob& job, const AnimationTrees& made, size_t bytes,
                     double seconds) {
+  const auto measured = [](double cost) {
+    return cost > 0.0 ? nlohmann::ordered_json(cost) : nlohmann::ordered_json();
+  };
   nlohmann::ordered_json bodies = nlohmann::ordered_json::array();
   for (size_t b = 0; b < made.bodies.size(); ++b) {
     const BodyTreeReport& body = made.bodies[b];
@@ -117,7 +160,7 @@ std::string json_of(const OptimizeJob& job, const AnimationTrees& made, size_t b
                       {"cost", body.cost},
                       {"highest_cost", body.highest_cost},
                       {"middle_frame_cost", body.middle_frame_cost},
-                      {"rebuild_cost", body.rebuild_cost},
+                      {"rebuild_cost", measured(body.rebuild_cost)},
                       {"seconds", body.seconds}});
   }
   return json_text({{"input", job.input},
@@ -129,9 +172,11 @@ std::string json_of(const OptimizeJob& job, const AnimationTrees& made, size_t b
 
 Result<int> optimize_scene(OptimizeJob job) {
   SINEW_CHECKED(read_options(job));
-  SINEW_CHECKED(check_writable(job.output));
-  if (!job.json.empty()) SINEW_CHECKED(check_writable(job.json));
+  SINEW_CHECKED(check_outputs(job));
   const auto start = std::chrono::steady_clock::now();
+  const auto elapsed_s = [start] {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
   const ThreadLimit threads(job.threads);
   SINEW_TRY(Scene scene, load(job.input, job.load));
   SINEW_CHECKED(hide_objects(scene, job.hide));
@@ -139,9 +184,9 @@ Result<int> optimize_scene(OptimizeJob job) {
   SINEW_CHECKED(choose_view(job, scene));
   std::optional<StatusLine> line(std::in_place);
   job.trees.on_step = [&](const TreeProgress& progress) {
-    line->show(fmt::format("body {} of {}, {}: {} subtrees moved, {:.1f} s", progress.body + 1,
-                           progress.bodies, progress.name, progress.step.moved,
-                           progress.step.seconds));
+    line->show(fmt::format("body {} of {}, {}: {} subtrees moved, {}", progress.body + 1,
+                           progress.bodies, shortened(progress.name), progress.step.moved,
+                           format_duration(elapsed_s())));
     return true;
   };
   SINEW_TRY(const AnimationTrees made, optimize_trees(scene, job.trees));
@@ -149,11 +194,11 @@ Result<int> optimize_scene(OptimizeJob job) {
   const std::vector<uint8_t> bytes = encode_trees(made.trees);
   const Uninterrupted writing;
   SINEW_CHECKED(write_file(job.output, std::span<const uint8_t>(bytes)));
-  const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - start;
   if (!job.json.empty()) {
-    SINEW_CHECKED(write_file(job.json, json_of(job, made, bytes.size(), elapsed.count())));
+    SINEW_CHECKED(write_file(job.json, json_of(job, made, bytes.size(), elapsed_s())));
   }
-  if (job.output != "-" && job.json != "-") SINEW_CHECKED(write_file("-", table_of(made)));
+  if (job.output != "-" && job.json != "-")
+    SINEW_CHECKED(write_file("-", table_of(made) + advice_of(job, made)));
   return kOk;
 }
 
@@ -171,10 +216,11 @@ void define_choice(CLI::App& app, OptimizeJob& job) {
                  "How much more the dearest frames count: 0, 2, 4 ... (default: 0, the average)")
       ->check(whole_number_in(0, 16));
   app.add_option("--segments", job.segments,
-                 "Parts of the clip with a tree each, at most; auto: as few as keep the limit "
-                 "(default: 1)");
+                 fmt::format("Parts of the clip with a tree each, at most: the fewest that keep "
+                             "the limit are made; auto: {} (default: 1)",
+                             kMostSegments));
   app.add_option("--cost-limit", trees.cost_limit,
-                 "What a part's tree may cost against a new tree a frame (default: 1.15)")
+                 "What rays may cost on average, against a new tree a frame (default: 1.15)")
       ->check(number_in(1.0, 1000.0));
   app.add_option("--budget", job.budget, "Memory for all trees: 64M, 1G ... (default: no limit)");
 }
@@ -187,12 +233,13 @@ Run define_optimize(CLI::App& app) {
   app.add_option("INPUT", job->input, "As for `sinew render`")->required();
   app.add_option("-o,--output", job->output, "A .tree file, or - for standard output")->required();
   define_choice(app, *job);
-  app.add_option(
+  CLI::Option* camera = app.add_option(
       "--camera", job->camera,
       "Suit this camera's rays more, as for `sinew render` (default: rays from anywhere)");
   app.add_option("--camera-share", job->view_share,
                  "How much of the cost is that of the camera's rays, 0 to 1 (default: 0.5)")
-      ->check(number_in(0.0, 1.0));
+      ->check(number_in(0.0, 1.0))
+      ->needs(camera);
   app.add_flag("--derived", job->trees.derived_boxes,
                "Suit the boxes that `render --update lazy` traces");
   app.add_option("--hide", job->hide, "As for `sinew render`; hide the same there");

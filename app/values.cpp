@@ -48,7 +48,7 @@ Result<ImageSize> parse_size(std::string_view text) {
   return ImageSize{static_cast<uint32_t>(*width), static_cast<uint32_t>(*height)};
 }
 
-Result<uint64_t> parse_bytes(std::string_view text) {
+Result<uint64_t> parse_bytes(std::string_view text, const char* option) {
   constexpr std::string_view kUnits = "KMGT";
   constexpr const char* kRemedy = "write 2G, 512M or a number of bytes";
   const size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
@@ -63,11 +63,11 @@ Result<uint64_t> parse_bytes(std::string_view text) {
     unit.erase(0, 1);
   }
   if (!number || !(unit.empty() || unit == "B" || unit == "IB")) {
-    return bad_value("--memory-limit", text, "is not an amount of memory", kRemedy);
+    return bad_value(option, text, "is not an amount of memory", kRemedy);
   }
   const double bytes = *number * factor;
   if (!(bytes >= 1.0 && bytes < 0x1p63)) {
-    return bad_value("--memory-limit", text, "is out of range", kRemedy);
+    return bad_value(option, text, "is out of range", kRemedy);
   }
   return static_cast<uint64_t>(bytes);
 }

@@ -16,7 +16,8 @@ namespace sinew::app {
 
 Result<ImageSize> parse_size(std::string_view text);  // "1024x768", each side 1..kMaxImageSide
 
-Result<uint64_t> parse_bytes(std::string_view text);  // "2G", "512M", "1.5GiB", "4096"
+// "2G", "512M", "1.5GiB", "4096"; errors name the option.
+Result<uint64_t> parse_bytes(std::string_view text, const char* option = "--memory-limit");
 
 using Rgb = std::array<uint8_t, 3>;
 Result<Rgb> parse_color(std::string_view text);  // "#3a6ea5" or "3a6ea5"

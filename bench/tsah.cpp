@@ -12,6 +12,7 @@
 #include "bench/tsah_frames.h"
 #include "bench/tsah_methods.h"
 #include "bench/tsah_pictures.h"
+#include "bench/tsah_poses.h"
 #include "bench/tsah_scenes.h"
 #include "sinew/base/parallel.h"
 
@@ -43,9 +44,9 @@ bool is_there(const TsahScene& scene) {
 // Scenes that nobody named are skipped where their file is absent.
 std::vector<TsahScene> chosen_scenes(const TsahOptions& options, json& skipped) {
   std::vector<TsahScene> out;
-  const auto add_listed = [&](bool quick_only) {
+  const auto add_listed = [&](bool quick) {
     for (const TsahScene& listed : tsah_scenes()) {
-      if (quick_only && !listed.quick) continue;
+      if (listed.quick != quick) continue;
       TsahScene scene = find_tsah_scene(listed.name, options.data);
       if (is_there(scene)) {
         out.push_back(std::move(scene));
@@ -86,7 +87,7 @@ Result<void> measure_scene(const TsahScene& scene, const TsahOptions& options, j
 }  // namespace
 
 std::vector<std::string> tsah_parts() {
-  return {"costs", "frames", "convergence", "pictures"};
+  return {"costs", "frames", "convergence", "pictures", "poses"};
 }
 
 Result<TsahReport> bench_tsah(const TsahOptions& options) {
@@ -94,9 +95,11 @@ Result<TsahReport> bench_tsah(const TsahOptions& options) {
   const ThreadLimit limit(options.threads);
   json rows = json::array(), figures = json::array(), skipped = json::array();
   TsahReport out;
+  const bool only_poses = options.only == std::vector<std::string>{"poses"};
   for (const TsahScene& scene : chosen_scenes(options, skipped)) {
-    SINEW_CHECKED(measure_scene(scene, options, rows, out.pictures));
+    if (!only_poses) SINEW_CHECKED(measure_scene(scene, options, rows, out.pictures));
   }
+  if (wants(options, "poses")) SINEW_CHECKED(measure_poses(options, rows, skipped));
   if (!options.reference) {
     skipped.push_back("T's own algorithm, which takes minutes: ask for it with --reference");
   }

@@ -50,7 +50,7 @@ void add_sizes(CLI::App& c, bench::TsahOptions& o) {
   c.add_option("--width", o.width, "Pixels of the ray traced frames (default: 1024)")
       ->check(whole_number_in(16, 8192));
   c.add_option("--height", o.height, "Pixels (default: 768)")->check(whole_number_in(16, 8192));
-  c.add_option("--frames", o.frames, "How many frames are ray traced (default: 5)")
+  c.add_option("--frames", o.frames, "How many frames are ray traced (default: 3)")
       ->check(whole_number_in(1, 1000));
   c.add_option("--repeats", o.repeats, "Of every frame; medians count (default: 3)")
       ->check(whole_number_in(1, 1000));
@@ -69,7 +69,9 @@ TsahCommand define_tsah(CLI::App& bench) {
   command->footer(
       "Every scene is one mesh whose vertices move. Costs are those of the surface area heuristic\n"
       "with c_T = 3 and c_I = 2; frames have T's workload: a primary ray a pixel, and two shadow\n"
-      "rays and eight for ambient occlusion at every hit.\n\n"
+      "rays and eight for ambient occlusion at every hit. Two small scenes take minutes, all of "
+      "them an\n"
+      "hour or more.\n\n"
       "Examples:\n"
       "  sinew bench tsah --report report.html\n"
       "  sinew bench tsah --scene museum fracture --only costs --reference\n"

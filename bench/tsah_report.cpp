@@ -10,6 +10,7 @@
 #include "bench/svg_plot.h"
 #include "bench/tables.h"
 #include "bench/tsah_methods.h"
+#include "bench/tsah_poses.h"
 
 namespace sinew::bench {
 namespace {
@@ -191,8 +192,8 @@ std::string preformatted(const char* title, const std::string& text) {
 
 std::string tsah_text(const json& report) {
   const json& rows = report["rows"];
-  return bench_head(report) + costs_text(rows) + frames_text(rows) + skipped_text(report) +
-         figures_text(report["figures"]);
+  return bench_head(report) + costs_text(rows) + frames_text(rows) + poses_text(rows) +
+         skipped_text(report) + figures_text(report["figures"]);
 }
 
 std::string tsah_page(const TsahReport& report) {
@@ -203,6 +204,7 @@ std::string tsah_page(const TsahReport& report) {
   body += preformatted("Frames", frames_text(rows));
   body += plots(rows, "frame_time",
                 {"Time of a frame", "of the animation", "ms a frame: update and all rays"});
+  body += preformatted("Poses of a character", poses_text(rows));
   body += plots(rows, "convergence_selection",
                 {"Convergence: selection of nodes", "seconds", "average cost", false});
   body += plots(rows, "convergence_exponent",

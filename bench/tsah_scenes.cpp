@@ -14,17 +14,19 @@ namespace {
 // Parts of the PigMan file that its joints fling far away, at thirty times their size.
 constexpr std::array<std::string_view, 2> kPigManStrays = {"Object_32", "Object_44"};
 
-const std::array<TsahScene, 13> kScenes = {{
+const std::array<TsahScene, 15> kScenes = {{
+    {"cloth-20k", "study:cloth,triangles=20000", SceneMotion::deforming, false, true},
+    {"fracture-60k", "study:fracture,triangles=60000", SceneMotion::scattering, false, true},
     {"robots", "bart/scene_robot/aff/Robot.aff", SceneMotion::rigid, true},
     {"kitchen", "bart/scene_kitchen/aff/kitchen.aff", SceneMotion::rigid, true},
     {"museum", "bart/scene_museum/aff/museum5.aff", SceneMotion::scattering, true},
-    {"cloth", "study:cloth", SceneMotion::deforming, false, true},
-    {"cell24", "study:cell24", SceneMotion::deforming, false, true},
-    {"fracture", "study:fracture", SceneMotion::scattering, false, true},
+    {"cloth", "study:cloth", SceneMotion::deforming},
+    {"cell24", "study:cell24", SceneMotion::deforming},
+    {"fracture", "study:fracture", SceneMotion::scattering},
     {"fracture-1600k", "study:fracture,triangles=1604000,pieces=1000", SceneMotion::scattering},
-    {"soup", "study:soup", SceneMotion::scattering, false, true},
+    {"soup", "study:soup", SceneMotion::scattering},
     {"twist", "study:twist", SceneMotion::deforming},
-    {"creature", "study:creature", SceneMotion::moderate, false, true},
+    {"creature", "study:creature", SceneMotion::moderate},
     {"herd", "study:herd,count=24,triangles=20000,terrain=500000", SceneMotion::moderate},
     {"drapes", "vertex-cache/cloth-drapes/base.obj+positions.pc2", SceneMotion::deforming, true},
     {"pigman", "skinned/pigman/pigman.glb", SceneMotion::moderate, true},

@@ -11,13 +11,13 @@ target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FIL
   sinew/math/affine.h sinew/math/box.h sinew/math/ray.h sinew/math/vec.h
   sinew/motion/influences.h sinew/motion/motion.h sinew/motion/pose.h
   sinew/bvh/bounds.h sinew/bvh/build.h sinew/bvh/bvh.h sinew/bvh/choose.h sinew/bvh/cost.h
-  sinew/bvh/proximity.h
-  sinew/bvh/traverse.h sinew/bvh/tree.h sinew/bvh/update.h sinew/bvh/update_local.h
-  sinew/bvh/wide.h
+  sinew/bvh/frame_choice.h sinew/bvh/frames.h sinew/bvh/optimize.h sinew/bvh/proximity.h
+  sinew/bvh/segments.h sinew/bvh/traverse.h sinew/bvh/tree.h sinew/bvh/tree_file.h
+  sinew/bvh/update.h sinew/bvh/update_local.h sinew/bvh/wide.h
   sinew/scene/clip.h sinew/scene/image.h sinew/scene/material.h sinew/scene/mesh.h
   sinew/scene/sample.h sinew/scene/scene.h sinew/scene/study.h
   sinew/io/image_file.h sinew/io/load.h sinew/io/movie.h sinew/io/save.h
-  sinew/world/world.h
+  sinew/world/animation_trees.h sinew/world/world.h
   sinew/render/attributes.h sinew/render/camera.h sinew/render/frame.h sinew/render/layers.h
   sinew/render/refinement.h sinew/render/texture.h sinew/render/views.h)
 

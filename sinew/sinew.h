@@ -2,6 +2,7 @@
 #pragma once
 
 #include "sinew/bvh/bvh.h"
+#include "sinew/bvh/optimize.h"
 #include "sinew/io/image_file.h"
 #include "sinew/io/load.h"
 #include "sinew/io/movie.h"
@@ -9,4 +10,5 @@
 #include "sinew/render/frame.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/study.h"
+#include "sinew/world/animation_trees.h"
 #include "sinew/world/world.h"

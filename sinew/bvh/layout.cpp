@@ -14,7 +14,7 @@ class LayoutMaker {
   LayoutMaker(const Tree& tree, std::span<const float> areas, std::span<const uvec3> triangles,
               uint32_t treelet_triangles)
       : tree_(tree), areas_(areas), triangles_(triangles), limit_(treelet_triangles) {
-    counts_ = count_triangles();
+    count_triangles();
   }
 
   Result<Bvh8Layout> run(uint32_t vertex_count) {
@@ -43,9 +43,11 @@ class LayoutMaker {
   };
   using Children = std::array<uint32_t, kWidth>;
 
-  // Triangles below every node. A stack, because trees may be deep.
-  std::vector<uint32_t> count_triangles() const {
-    std::vector<uint32_t> counts(tree_.nodes.size(), 0);
+  // Triangles below every node, and what a ray that enters it pays. A stack, because trees may be
+  // deep.
+  void count_triangles() {
+    counts_.assign(tree_.nodes.size(), 0);
+    costs_.assign(tree_.nodes.size(), 0.0f);
     std::vector<std::pair<uint32_t, bool>> stack;
     if (!tree_.empty()) stack.emplace_back(Tree::kRoot, false);
     while (!stack.empty()) {
@@ -53,16 +55,32 @@ class LayoutMaker {
       stack.pop_back();
       const TreeNode& n = tree_.nodes[node];
       if (n.is_leaf()) {
-        counts[node] = n.count();
+        counts_[node] = n.count();
+        costs_[node] = build_.intersection_cost * float((n.count() + kPacket - 1) / kPacket);
       } else if (children_done) {
-        counts[node] = counts[n.left()] + counts[n.right()];
+        counts_[node] = counts_[n.left()] + counts_[n.right()];
+        costs_[node] = build_.traversal_cost + entered(node, n.left()) + entered(node, n.right());
       } else {
         stack.emplace_back(node, true);
         stack.emplace_back(n.left(), false);
         stack.emplace_back(n.right(), false);
       }
     }
-    return counts;
+  }
+
+  // What the child costs a ray that enters its parent.
+  float entered(uint32_t parent, uint32_t child) const {
+    return areas_[parent] > 0.0f ? areas_[child] / areas_[parent] * costs_[child] : costs_[child];
+  }
+
+  // Any-hit rays take the last lane first, and most of them hit something. So what is soon done
+  // stands last: a wall before the furniture.
+  template <class Closed>
+  WideChildren children_of(uint32_t node, const Closed& closed) const {
+    WideChildren children = open_children(tree_, areas_, node, closed);
+    std::stable_sort(children.node.begin(), children.node.begin() + children.count,
+                     [&](uint32_t a, uint32_t b) { return costs_[a] > costs_[b]; });
+    return children;
   }
 
   bool is_leaf(uint32_t node) const { return tree_.nodes[node].is_leaf(); }
@@ -84,8 +102,8 @@ class LayoutMaker {
     std::vector<Task> queue = {{Tree::kRoot, new_node(), 1}};
     for (size_t next = 0; next < queue.size(); ++next) {  // breadth first: parents before children
       const Task task = queue[next];
-      const WideChildren children = open_children(tree_, areas_, task.tree_node,
-                                                  [&](uint32_t node) { return is_treelet(node); });
+      const WideChildren children =
+          children_of(task.tree_node, [&](uint32_t node) { return is_treelet(node); });
       for (uint32_t lane = 0; lane < children.count; ++lane) {
         uint32_t word;
         if (is_treelet(children.node[lane])) {
@@ -117,8 +135,8 @@ class LayoutMaker {
       for (size_t next = 0; next < queue.size(); ++next) {
         const Task task = queue[next];
         layout_.depth = std::max(layout_.depth, task.depth + 1);
-        const WideChildren children = open_children(tree_, areas_, task.tree_node,
-                                                    [&](uint32_t node) { return is_leaf(node); });
+        const WideChildren children =
+            children_of(task.tree_node, [&](uint32_t node) { return is_leaf(node); });
         for (uint32_t lane = 0; lane < children.count; ++lane) {
           uint32_t word;
           if (is_leaf(children.node[lane])) {
@@ -187,7 +205,9 @@ class LayoutMaker {
   std::span<const float> areas_;
   std::span<const uvec3> triangles_;
   uint32_t limit_;
+  static constexpr BuildConfig build_{};
   std::vector<uint32_t> counts_;
+  std::vector<float> costs_;
   std::vector<Task> treelet_roots_;  // one a treelet; wide_node unused
   static constexpr uint8_t kUnnumbered = 255;
   std::vector<uint8_t> number_;  // of every vertex, within the treelet being made

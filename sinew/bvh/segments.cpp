@@ -170,14 +170,15 @@ class Cutter {
     });
     const std::vector<double> all_weights =
         frame_weights(animation_, segment.first_frame, segment.last_frame);
-    const std::vector<double> weights =
-        weights_by_nearness(frames, segment.first_frame, all_weights);
+    std::vector<double> weights = weights_by_nearness(frames, segment.first_frame, all_weights);
     segment.cost = segment.rebuild_cost = 0.0;
     for (size_t f = 0; f < frames.size(); ++f) {
       segment.cost += weights[f] * costs[f];
       segment.rebuild_cost += weights[f] * rebuilt[f];
       rebuild_costs_.emplace(frames[f], rebuilt[f]);
     }
+    segment.measured_frames = std::move(frames);
+    segment.measured_weights = std::move(weights);
   }
 
   const AnimatedBoxes& animation_;

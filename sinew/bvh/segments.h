@@ -47,6 +47,8 @@ struct Segment {
   double share = 1.0;                     // of the clip's time, or of its frames' weights
   double cost = 0.0;                      // average over measured frames, most of them held out
   double rebuild_cost = 0.0;              // the same where every frame has a new tree
+  std::vector<uint32_t> measured_frames;
+  std::vector<double> measured_weights;  // of these; sum 1
 };
 
 // The smallest number of segments, at most most_segments and as many as the byte budget allows,

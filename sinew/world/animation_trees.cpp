@@ -17,7 +17,7 @@ namespace {
 
 constexpr const char* kAllClips = "all";
 
-constexpr uint32_t kFramesJudged = 25;
+constexpr uint32_t kFramesJudged = 25;  // of the poses of all clips
 constexpr uint32_t kMostExponent = 64;
 
 // A representative frame: of which clip, and when.
@@ -89,6 +89,9 @@ class BodyOptimizer {
         choose_frames(animation_, 0, all.last_frame, options_.frames, options_.choice, &weights);
     all.frames = sample_frames(animation_, all.representatives, weights);
     all.tree = build_optimized(all.frames, config_);
+    all.measured_frames = evenly_spread(0, all.last_frame, kFramesJudged);
+    const size_t measured = all.measured_frames.size();
+    all.measured_weights.assign(measured, 1.0 / double(measured));
     std::vector<Segment> segments;
     segments.push_back(std::move(all));
     return segments;
@@ -142,22 +145,24 @@ class BodyOptimizer {
     return suit_derived_boxes(tree, motion_, mesh.triangles, of_body, weights, config_);
   }
 
-  // The honest costs: over frames of which most were no representatives.
+  // The honest costs: over frames of which most were no representatives, and the same as the
+  // rebuilds', so that the quotient is what the cost limit is about.
   void judge(std::span<const Segment> segments) {
-    const uint32_t last = animation_.frame_count() - 1;
-    const std::vector<uint32_t> judged = evenly_spread(0, last, kFramesJudged);
-    const std::vector<uint32_t>& known = segments.front().representatives;
-    const FrameBoxes& boxes = segments.front().frames;
+    const Segment& first = segments.front();
+    const uint32_t middle_frame = (animation_.frame_count() - 1) / 2;
     const Tree middle =
-        build_binned(repaired_frame(animation_, last / 2, known, boxes), {.max_leaf = 1});
-    for (const uint32_t frame : judged) {
-      const std::vector<Box> at = repaired_frame(animation_, frame, known, boxes);
-      const Segment& segment =
-          is_one_clip_ ? segments[segment_at(segments, animation_.times[frame])] : segments.front();
-      const double cost = sah_cost(segment.tree, refit(segment.tree, at));
-      report_.cost += cost / double(judged.size());
-      report_.highest_cost = std::max(report_.highest_cost, cost);
-      report_.middle_frame_cost += sah_cost(middle, refit(middle, at)) / double(judged.size());
+        build_binned(repaired_frame(animation_, middle_frame, first.representatives, first.frames),
+                     {.max_leaf = 1});
+    for (const Segment& segment : segments) {
+      for (size_t i = 0; i < segment.measured_frames.size(); ++i) {
+        const std::vector<Box> at = repaired_frame(animation_, segment.measured_frames[i],
+                                                   segment.representatives, segment.frames);
+        const double weight = segment.share * segment.measured_weights[i];
+        const double cost = sah_cost(segment.tree, refit(segment.tree, at));
+        report_.cost += weight * cost;
+        report_.highest_cost = std::max(report_.highest_cost, cost);
+        report_.middle_frame_cost += weight * sah_cost(middle, refit(middle, at));
+      }
     }
   }
 
@@ -203,10 +208,30 @@ Result<void> check_options(const AnimationTreeOptions& options, size_t clips) {
   return {};
 }
 
-uint64_t all_triangles(const Scene& scene, std::span<const SceneBody> bodies) {
-  uint64_t sum = 0;
-  for (const SceneBody& body : bodies) sum += scene.meshes[body.mesh].triangles.size();
-  return sum;
+// Every body's part of the budget: one tree, and of the rest by its size. 0: no limit.
+Result<std::vector<size_t>> share_budget(const Scene& scene, std::span<const SceneBody> bodies,
+                                         size_t budget) {
+  std::vector<size_t> shares(bodies.size());
+  if (budget == 0) return shares;
+  double triangles = 0.0;
+  size_t least = 0;
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    const size_t count = scene.meshes[bodies[b].mesh].triangles.size();
+    shares[b] = bytes_of_trees(static_cast<uint32_t>(count));
+    least += shares[b];
+    triangles += double(count);
+  }
+  if (budget < least) {
+    return fail(
+        {ErrorKind::usage, "", "",
+         "a budget of " + std::to_string(budget) + " bytes is too small for one tree a body",
+         "give at least " + std::to_string(least) + " bytes"});
+  }
+  for (size_t b = 0; b < bodies.size(); ++b) {
+    const double count = double(scene.meshes[bodies[b].mesh].triangles.size());
+    shares[b] += static_cast<size_t>(double(budget - least) * count / std::max(triangles, 1.0));
+  }
+  return shares;
 }
 
 }  // namespace
@@ -218,7 +243,7 @@ Result<AnimationTrees> optimize_trees(const Scene& scene, const AnimationTreeOpt
   out.trees.key = animation_key(scene);
   out.trees.clip = clips.size() == 1 ? clips.front() : TreeFile::kAllClips;
   const std::vector<SceneBody> bodies = scene_bodies(scene);
-  const uint64_t triangles = all_triangles(scene, bodies);
+  SINEW_TRY(const std::vector<size_t> budgets, share_budget(scene, bodies, options.byte_budget));
   for (uint32_t b = 0; b < bodies.size(); ++b) {
     const Mesh& mesh = scene.meshes[bodies[b].mesh];
     OptimizeConfig config{.exponent = options.exponent};
@@ -228,14 +253,7 @@ Result<AnimationTrees> optimize_trees(const Scene& scene, const AnimationTreeOpt
       };
     }
     BodyOptimizer body(scene, bodies[b], options, clips, std::move(config));
-    // Every body gets its part of the budget by its size.
-    const size_t budget =
-        options.byte_budget == 0
-            ? 0
-            : std::max<size_t>(1, static_cast<size_t>(double(options.byte_budget) *
-                                                      double(mesh.triangles.size()) /
-                                                      double(std::max<uint64_t>(triangles, 1))));
-    SINEW_TRY(out.trees.bodies.emplace_back(), body.run(budget));
+    SINEW_TRY(out.trees.bodies.emplace_back(), body.run(budgets[b]));
     out.bodies.push_back(body.report());
   }
   return out;
@@ -243,8 +261,8 @@ Result<AnimationTrees> optimize_trees(const Scene& scene, const AnimationTreeOpt
 
 Result<void> check_trees(const TreeFile& trees, const Scene& scene, int clip) {
   const auto unfit = [](std::string problem) {
-    return fail(
-        {ErrorKind::bad_input, "", "", std::move(problem), "make it again with `sinew optimize`"});
+    return fail({ErrorKind::bad_input, "", "", std::move(problem),
+                 "make it again with `sinew optimize`, with the same --hide"});
   };
   const std::vector<SceneBody> bodies = scene_bodies(scene);
   if (trees.key != animation_key(scene) || trees.bodies.size() != bodies.size()) {

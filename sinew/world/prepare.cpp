@@ -25,11 +25,11 @@ ObjectDesc describe(const Scene& scene, const Mesh& mesh) {
           .single_sided = all_single_sided};
 }
 
-// A tree over some frames of the clip, if the tree that suits its middle gets much dearer in
-// others; else none.
+// A tree over some frames of the clip, if the tree that suits its middle gets much dearer in others
+// and this one does not; else none.
 std::optional<TimedTree> tree_over_clip(const Scene& scene, const SceneBody& body, int clip) {
   constexpr uint32_t kFrames = 5;
-  constexpr double kMuchDearer = 1.3;
+  constexpr double kMuchDearer = 1.3, kMuchCheaper = 0.8;
   const AnimatedBoxes animation = body_animation(scene, body, clip, kFrames);
   if (animation.frame_count() < kFrames) return std::nullopt;
   std::vector<std::vector<Box>> boxes(kFrames, std::vector<Box>(animation.primitive_count));
@@ -38,7 +38,14 @@ std::optional<TimedTree> tree_over_clip(const Scene& scene, const SceneBody& bod
   const Tree middle = build_binned(frames.frames[kFrames / 2]);
   const std::vector<double> costs = frame_costs(middle, frames);
   if (!(*std::ranges::max_element(costs) > kMuchDearer * costs[kFrames / 2])) return std::nullopt;
-  return traced_tree(build_over_frames(frames), frames, 0.0);
+  TimedTree over_frames = traced_tree(build_over_frames(frames), frames, 0.0);
+  const auto average = [&](std::span<const double> c) {
+    return power_cost(c, frames.weights, 0.0);
+  };
+  if (average(frame_costs(over_frames.tree, frames)) > kMuchCheaper * average(costs)) {
+    return std::nullopt;
+  }
+  return over_frames;
 }
 
 // Where the body is in the pose, by the first of its objects that is there; else at rest.

@@ -61,6 +61,20 @@ TEST(OptimizeProgram, WhatDoesNotFitIsMadeAnewOrRefused) {
   EXPECT_EQ(run_sinew(render(picture, folder.path("none.tree"))).exit_code, 0);
 }
 
+TEST(OptimizeProgram, SaysWhichTreesDoNotKeepTheLimit) {
+  TemporaryFolder folder;
+  const std::string tree = folder.path("soup.tree");
+  const auto optimized = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"optimize", kScene, "-o", tree});
+    const Outcome outcome = run_sinew(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.out;
+  };
+  expect_contains(optimized({}), "above the limit of 1.15: try --segments auto");
+  expect_contains(optimized({"--segments", "2"}), "above the limit of 1.15: try --segments 4");
+  EXPECT_EQ(optimized({"--cost-limit", "1000"}).find("limit"), std::string::npos);
+}
+
 TEST(OptimizeProgram, RefusesWithTheRightExitCode) {
   TemporaryFolder folder;
   const std::string out = folder.path("a.tree");
@@ -75,7 +89,10 @@ TEST(OptimizeProgram, RefusesWithTheRightExitCode) {
       {{kScene, "-o", out, "--choice", "best"}, 2, "uniform or medoids"},
       {{kScene, "-o", out, "--clip", "walk"}, 2, "there is no clip \"walk\""},
       {{kScene, "-o", out, "--budget", "1000"}, 2, "budget"},
-      {{kScene, "-o", out, "--budget", "lots"}, 2, "lots"},
+      {{kScene, "-o", out, "--budget", "lots"}, 2, "--budget 'lots'"},
+      {{kScene, "-o", "-", "--json", "-"}, 2, "cannot both go to standard output"},
+      {{kScene, "-o", folder.path("walk.glb")}, 2, "name the output .tree"},
+      {{kScene, "-o", out, "--camera-share", "0.3"}, 2, "--camera"},
       {{kScene, "-o", out, "--hide", "zebra"}, 2, "zebra"},
       {{kScene, "-o", folder.path("no/such/folder/a.tree")}, 4, "folder"},
       {{folder.path("none.glb"), "-o", out}, 3, "none.glb"},

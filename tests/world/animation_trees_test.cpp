@@ -97,6 +97,34 @@ TEST(AnimationTrees, ServeAScatteringBodyBetter) {
   EXPECT_GE(art(four).highest_cost, art(four).cost);
 }
 
+TEST(AnimationTrees, CostsSayWhetherTheLimitIsKept) {
+  const Scene scene = *make_study_scene("twist,triangles=2000");
+  AnimationTreeOptions options;
+  options.most_segments = 8;
+  for (const double limit : {1.1, 1.3}) {
+    options.cost_limit = limit;
+    for (const BodyTreeReport& body : optimize_trees(scene, options)->bodies) {
+      if (body.segments < 8) EXPECT_LE(body.cost, limit * body.rebuild_cost) << body.name;
+    }
+  }
+}
+
+TEST(AnimationTrees, EveryBodyHasATreeWithinTheBudget) {
+  // Bodies of very different sizes: the smallest one's part of the budget is a tree all the same.
+  const Scene scene = *make_study_scene("fracture,triangles=10000,pieces=100");
+  size_t least = 0;
+  for (const SceneBody& body : scene_bodies(scene)) {
+    least += bytes_of_trees(static_cast<uint32_t>(scene.meshes[body.mesh].triangles.size()));
+  }
+  AnimationTreeOptions options;
+  options.byte_budget = least - 1;
+  const Result<AnimationTrees> refused = optimize_trees(scene, options);
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message().find(std::to_string(least)), std::string::npos);
+  options.byte_budget = least;
+  EXPECT_TRUE(optimize_trees(scene, options));
+}
+
 TEST(AnimationTrees, FitOneSceneAndClipOnly) {
   const Scene scene = *make_study_scene("soup,triangles=1000");
   AnimationTreeOptions options;
