@@ -76,14 +76,14 @@ std::vector<float> half_areas(const Bounds& bounds) {
 
 double sah_cost(const Tree& tree, const Bounds& bounds, const CostModel& model) {
   if (tree.empty()) return 0.0;
-  const double root = half_area(bounds[Tree::kRoot]);
+  const double root = exact_half_area(bounds[Tree::kRoot]);
   if (!(root > 0.0)) return 0.0;
   double sum = 0.0;
   for (size_t i = 0; i < tree.nodes.size(); ++i) {
     const TreeNode& node = tree.nodes[i];
     const double weight =
         node.is_leaf() ? double(model.intersection) * node.count() : double(model.traversal);
-    sum += weight * half_area(bounds[i]);
+    sum += weight * exact_half_area(bounds[i]);
   }
   return sum / root;
 }

@@ -84,8 +84,7 @@ std::vector<uint32_t> vertices_below(const Tree& tree, uint32_t root,
     }
   }
   std::ranges::sort(vertices);
-  const auto rest = std::ranges::unique(vertices);
-  vertices.erase(rest.begin(), rest.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
   return vertices;
 }
 

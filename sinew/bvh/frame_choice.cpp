@@ -19,10 +19,6 @@ constexpr uint32_t kSample = 1024;        // primitives of the small trees
 constexpr double kLeastGain = 1e-3;       // of another medoid, of the average cost
 constexpr size_t kBuffers = 8;            // frames that are held at once while they are sampled
 
-bool is_there(const Box& box) {
-  return !box.empty() && is_finite(box);
-}
-
 // By half the time to both neighbours within [first, last]; what does not rise counts nothing.
 std::vector<double> time_around(std::span<const double> times, uint32_t first, uint32_t last) {
   std::vector<double> out(last - first + 1, 0.0);

@@ -8,13 +8,9 @@
 namespace sinew {
 namespace {
 
-// In double, so that no box of floats is too large.
-double half_area_of(const Box& box) {
-  const double x = double(box.max.x) - double(box.min.x);
-  const double y = double(box.max.y) - double(box.min.y);
-  const double z = double(box.max.z) - double(box.min.z);
-  return x * y + y * z + z * x;
-}
+// A root with a longer side than this, relative to the root of its area, is a line: its coordinates
+// would leave what floats can tell apart.
+constexpr double kLongestSide = 1e15;
 
 }  // namespace
 
@@ -24,8 +20,10 @@ RelativeFrames::RelativeFrames(const FrameBoxes& frames)
     for (size_t f = begin; f < end; ++f) {
       Box root;
       for (const Box& box : frames.frames[f]) root.extend(box);
-      const double area = half_area_of(root);
-      if (area > 0.0) places_[f].scale = 1.0 / std::sqrt(area);
+      const double side = std::sqrt(exact_half_area(root));
+      const vec3 extent = 0.5f * root.max - 0.5f * root.min;
+      const double longest = 2.0 * double(std::max({extent.x, extent.y, extent.z}));
+      if (side > 0.0 && longest < kLongestSide * side) places_[f].scale = 1.0 / side;
       for (int axis = 0; axis < 3; ++axis) {
         places_[f].center[axis] = 0.5 * (double(root.min[axis]) + double(root.max[axis]));
       }

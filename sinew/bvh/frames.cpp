@@ -1,5 +1,6 @@
 #include "sinew/bvh/frames.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 
@@ -10,10 +11,6 @@ namespace sinew {
 namespace {
 
 constexpr size_t kPrimitivesPerTask = 4096;
-
-bool is_there(const Box& box) {
-  return !box.empty() && is_finite(box);
-}
 
 // The frame nearest to `frame` in which the primitive is there.
 std::optional<size_t> nearest_frame(const std::vector<std::vector<Box>>& frames, size_t frame,
@@ -34,7 +31,12 @@ vec3 middle_of(const std::vector<std::vector<Box>>& frames) {
       if (is_there(box)) all.extend(box);
     }
   }
-  return all.empty() ? vec3(0.0f) : all.center();
+  return all.empty() ? vec3(0.0f) : 0.5f * all.min + 0.5f * all.max;  // a sum might overflow
+}
+
+// Powers of costs are those of shares of the highest one, which do not overflow.
+double highest(std::span<const double> costs) {
+  return costs.empty() ? 0.0 : *std::ranges::max_element(costs);
 }
 
 }  // namespace
@@ -76,9 +78,11 @@ std::vector<double> frame_costs(const Tree& tree, const FrameBoxes& frames,
 }
 
 double tsah_cost(std::span<const double> costs, std::span<const double> weights, double exponent) {
+  const double most = highest(costs);
+  if (!(most > 0.0)) return 0.0;
   double sum = 0.0, weight_sum = 0.0;
   for (size_t i = 0; i < costs.size(); ++i) {
-    const double w = weights[i] * std::pow(costs[i], exponent);
+    const double w = weights[i] * std::pow(costs[i] / most, exponent);
     sum += w * costs[i];
     weight_sum += w;
   }
@@ -86,21 +90,26 @@ double tsah_cost(std::span<const double> costs, std::span<const double> weights,
 }
 
 double power_cost(std::span<const double> costs, std::span<const double> weights, double exponent) {
+  const double most = highest(costs);
+  if (!(most > 0.0)) return 0.0;
   double sum = 0.0;
-  for (size_t i = 0; i < costs.size(); ++i) sum += weights[i] * std::pow(costs[i], exponent + 1.0);
-  return std::pow(sum, 1.0 / (exponent + 1.0));
+  for (size_t i = 0; i < costs.size(); ++i) {
+    sum += weights[i] * std::pow(costs[i] / most, exponent + 1.0);
+  }
+  return most * std::pow(sum, 1.0 / (exponent + 1.0));
 }
 
 std::vector<double> area_weights(const Tree& tree, const FrameBoxes& frames,
                                  std::span<const double> costs, double exponent) {
   std::vector<double> g(frames.frame_count(), 0.0);
-  if (tree.empty()) return g;
+  const double most = highest(costs);
+  if (tree.empty() || !(most > 0.0)) return g;
   double sum = 0.0;
   for (size_t f = 0; f < g.size(); ++f) {
     Box root;
     for (const Box& box : frames.frames[f]) root.extend(box);
-    const double area = half_area(root);
-    if (area > 0.0) g[f] = frames.weights[f] * std::pow(costs[f], exponent) / area;
+    const double area = exact_half_area(root);
+    if (area > 0.0) g[f] = frames.weights[f] * std::pow(costs[f] / most, exponent) / area;
     sum += g[f];
   }
   for (double& value : g) value = sum > 0.0 ? value / sum : 0.0;
@@ -115,7 +124,7 @@ std::vector<float> weighted_areas(const Tree& tree, const FrameBoxes& frames,
     const Bounds bounds = refit(tree, frames.frames[f]);
     parallel_for(areas.size(), kPrimitivesPerTask, [&](size_t begin, size_t end) {
       for (size_t n = begin; n < end; ++n) {
-        areas[n] += static_cast<float>(g[f]) * half_area(bounds[n]);
+        areas[n] += static_cast<float>(g[f] * exact_half_area(bounds[n]));
       }
     });
   }

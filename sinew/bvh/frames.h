@@ -24,6 +24,11 @@ struct FrameBoxes {
   }
 };
 
+// Whether a box may stand in FrameBoxes.
+inline bool is_there(const Box& box) {
+  return !box.empty() && is_finite(box);
+}
+
 // Gives every frame the same weight. A box that is not finite, or empty, becomes that of the
 // nearest frame where it is; a primitive that never is becomes a point in the middle of the others.
 FrameBoxes make_frame_boxes(std::vector<std::vector<Box>> frames);

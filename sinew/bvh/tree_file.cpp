@@ -1,5 +1,6 @@
 #include "sinew/bvh/tree_file.h"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -67,7 +68,7 @@ class Reader {
     const uint64_t bytes = uint64_t{count} * sizeof(T);
     if (left_.size() < bytes) return false;
     out.resize(count);
-    std::memcpy(out.data(), left_.data(), bytes);
+    if (count > 0) std::memcpy(out.data(), left_.data(), bytes);  // no null pointers to memcpy()
     left_ = left_.subspan(bytes);
     return true;
   }
@@ -94,6 +95,9 @@ Result<std::vector<TimedTree>> take_body(Reader& reader) {
     if (!take_tree(reader, primitives, tree)) return damaged("it ends too soon");
     if (const std::string problem = validate(tree.tree, primitives); !problem.empty()) {
       return damaged("a tree is damaged: " + problem);
+    }
+    if (!std::ranges::all_of(tree.areas, [](float area) { return area >= 0.0f; })) {
+      return damaged("an area is no area");
     }
     if (!std::isfinite(tree.begin) || (i > 0 && !(tree.begin > trees.back().begin))) {
       return damaged("the times of trees do not rise");
@@ -151,6 +155,7 @@ Result<TreeFile> decode_trees(std::span<const uint8_t> bytes) {
                    std::to_string(header.size));
   }
   if (header.hash != hash_of(bytes)) return damaged("it is damaged: its checksum does not fit");
+  if (header.unused != 0) return damaged("its header holds what it should not");
   TreeFile out{.key = header.key, .clip = header.clip, .bodies = {}};
   Reader reader(bytes.subspan(sizeof(header)));
   for (uint32_t body = 0; body < header.bodies; ++body) {

@@ -16,14 +16,6 @@
 
 namespace sinew {
 
-// Half the surface area in double: differences of areas decide, and those of floats would drown a
-// triangle's share in a large scene.
-inline double exact_half_area(const Box& b) {
-  const double x = double(b.max.x) - b.min.x, y = double(b.max.y) - b.min.y;
-  const double z = double(b.max.z) - b.min.z;
-  return x * y + y * z + z * x;
-}
-
 class MovableTree {
  public:
   static constexpr uint32_t kNone = 0xffffffffu;

@@ -76,6 +76,7 @@ void add(const Node& node, Hash& hash) {
 void add(const Clip& clip, Hash& hash) {
   hash.add(clip.start);
   hash.add(clip.end);
+  hash.add(clip.channels.size());
   for (const Channel& channel : clip.channels) {
     hash.add(channel.node);
     hash.add(channel.path);
@@ -89,6 +90,11 @@ void add(const Clip& clip, Hash& hash) {
 
 uint64_t animation_key(const Scene& scene) {
   const auto hash = std::make_unique<Hash>();  // its state is large for a stack, and aligned
+  // With every list goes its length, so that no two scenes give the same bytes.
+  for (const size_t count : {scene.meshes.size(), scene.nodes.size(), scene.skins.size(),
+                             scene.clips.size(), scene.objects.size()}) {
+    hash->add(count);
+  }
   for (const Mesh& mesh : scene.meshes) add(scene, mesh, *hash);
   for (const Node& node : scene.nodes) add(node, *hash);
   for (const Skin& skin : scene.skins) {

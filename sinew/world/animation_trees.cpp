@@ -19,6 +19,7 @@ constexpr const char* kAllClips = "all";
 
 constexpr uint32_t kFramesReported = 5;  // of rebuilds, where nothing is to be decided by them
 constexpr uint32_t kFramesJudged = 25;   // of the poses of all clips
+constexpr uint32_t kMostExponent = 64;
 
 // A representative frame: of which clip, and when.
 struct FrameTime {
@@ -195,6 +196,9 @@ Result<void> check_options(const AnimationTreeOptions& options, size_t clips) {
   };
   if (options.frames == 0 || options.most_segments == 0) {
     return usage("a tree needs at least one frame, a clip at least one segment", "give 1 or more");
+  }
+  if (options.exponent > kMostExponent) {
+    return usage("such an exponent leaves one frame alone to count", "give 0 to 64");
   }
   if (clips > 1 && options.most_segments > 1) {
     return usage("the poses of several clips have no order that could be cut into segments",

@@ -25,7 +25,7 @@ struct AnimationTreeOptions {
   std::string clip{};   // as PrepareOptions::clip; "all": the poses of all clips
   uint32_t frames = 5;  // representatives, of each segment
   FrameChoice choice = FrameChoice::uniform;
-  uint32_t exponent = 0;       // T's k: 0 the average counts, 2 or 4 the dearest frames more
+  uint32_t exponent = 0;       // T's k: 0 the average counts, 2 or 4 the dearest frames more; to 64
   uint32_t most_segments = 1;  // the fewest trees that keep the cost limit are taken
   double cost_limit = 1.15;    // of a tree's average cost over that of a tree a frame
   size_t byte_budget = 0;      // of all trees of all bodies (bytes_of_trees()); 0: no limit

@@ -48,6 +48,17 @@ std::optional<TimedTree> tree_over_clip(const Scene& scene, const SceneBody& bod
   return over_frames;
 }
 
+// Where the body is in the pose, by the first of its objects that is there; else at rest.
+Pose build_pose(const Scene& scene, const SceneBody& body, const ScenePose& pose) {
+  const int32_t object = object_in_frame(body, pose, 0);
+  if (object >= 0) return pose.objects[static_cast<size_t>(object)];
+  const Mesh& mesh = scene.meshes[body.mesh];
+  Pose at_rest;
+  at_rest.present = mesh.vertex_program != nullptr;  // its motion knows no rest of its own
+  at_rest.positions = mesh.positions;
+  return at_rest;
+}
+
 uint32_t tree_at(const Body& body, double seconds) {
   uint32_t tree = 0;
   while (tree + 1 < body.trees.size() && body.trees[tree + 1].begin <= seconds) ++tree;
@@ -97,7 +108,7 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
     const Mesh& mesh = scene.meshes[body.mesh];
     BodyDesc desc{.triangles = mesh.triangles,
                   .motion = motion_of(mesh, body.skinned),
-                  .build_pose = pose.objects[body.objects.front()],
+                  .build_pose = build_pose(scene, body, pose),
                   .build = options.build};
     std::optional<TimedTree> over_clip;
     if (options.trees != nullptr) {

@@ -65,6 +65,8 @@ TEST(TreeFile, WhatIsNoTreeIsRefused) {
   EXPECT_TRUE(refused([](TreeFile& f) { f.bodies[0][0].tree.nodes[1].a = 1u << 30; }));
   EXPECT_TRUE(refused([](TreeFile& f) { f.bodies[0][1].begin = 0.0; }));
   EXPECT_TRUE(refused([](TreeFile& f) { f.bodies[1][0].begin = NAN; }));
+  EXPECT_TRUE(refused([](TreeFile& f) { f.bodies[0][0].areas[1] = NAN; }));
+  EXPECT_TRUE(refused([](TreeFile& f) { f.bodies[0][0].areas[2] = -1.0f; }));
   EXPECT_FALSE(refused([](TreeFile&) {}));
 }
 

@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstring>
+#include <limits>
 
 #include "sinew/bvh/derived_upper.h"
 #include "sinew/math/random.h"
@@ -147,12 +149,89 @@ TEST(AnimationTrees, RefuseWhatMakesNoSense) {
   EXPECT_FALSE(optimize_trees(scene, {.frames = 0}));
   EXPECT_FALSE(optimize_trees(scene, {.most_segments = 0}));
   EXPECT_FALSE(optimize_trees(scene, {.byte_budget = 10}));
+  EXPECT_FALSE(optimize_trees(scene, {.exponent = 1000}));
   scene.clips.push_back(scene.clips.front());
   EXPECT_FALSE(optimize_trees(scene, {.clip = "all", .most_segments = 2}));
   EXPECT_TRUE(optimize_trees(scene, {.clip = "all"}));
   EXPECT_TRUE(optimize_trees(scene, {.clip = "rest"}));
   scene.clips[0].end = scene.clips[0].start;
   EXPECT_TRUE(optimize_trees(scene, {.most_segments = 4}));
+}
+
+// A triangle or none, a clip or none, vertices that are not finite, too large or on a line, and a
+// body that is never shown: there are trees, and they can be traced.
+Scene of_triangles(uint32_t count) {
+  Scene scene;
+  scene.materials.resize(1);
+  Mesh& mesh = scene.meshes.emplace_back();
+  mesh.parts.resize(1);
+  for (uint32_t i = 0; i < count; ++i) {
+    mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    for (const float x : {0.0f, 0.5f, 1.0f}) {
+      mesh.positions.emplace_back(static_cast<float>(i) + x, x * x, 0.1f * static_cast<float>(i));
+    }
+  }
+  mesh.triangle_part.resize(count, 0);
+  scene.nodes.emplace_back().mesh = 0;
+  list_objects(scene);
+  return scene;
+}
+
+void add_clip(Scene& scene, double end) {
+  scene.clips.push_back({.name = "clip", .start = 0.0, .end = end, .channels = {}});
+}
+
+TEST(AnimationTrees, OfDegenerateScenes) {
+  const float kInfinity = std::numeric_limits<float>::infinity();
+  const auto program = [](vec3 scale, float odd) {
+    return [=](double time, std::span<vec3> out) {
+      for (size_t i = 0; i < out.size(); ++i) {
+        const auto at = static_cast<float>(i);
+        out[i] = scale * vec3(at, std::sin(at + 5.0f * static_cast<float>(time)), -at);
+        if (i % 5 == 1) out[i].y += odd * static_cast<float>(time);
+      }
+    };
+  };
+  std::vector<Scene> scenes(1);
+  for (const uint32_t count : {0u, 1u, 2u, 3u, 40u}) {
+    scenes.push_back(of_triangles(count));
+    for (const vec3 scale : {vec3(1.0f), vec3(0.0f), vec3(1.0f, 0.0f, 0.0f), vec3(1e-30f),
+                             vec3(1e30f), vec3(1e36f, 1e-44f, 0.0f)}) {
+      for (const float odd : {0.0f, kInfinity}) {
+        for (const double end : {0.0, 1.0}) {
+          Scene scene = of_triangles(count);
+          scene.meshes[0].vertex_program = program(scale, odd);
+          add_clip(scene, end);
+          scenes.push_back(std::move(scene));
+        }
+      }
+    }
+    scenes.push_back(scenes.back());
+    scenes.back().nodes[0].visible = false;
+  }
+  for (size_t i = 0; i < scenes.size(); ++i) {
+    SCOPED_TRACE(i);
+    for (const FrameChoice choice : {FrameChoice::uniform, FrameChoice::medoids}) {
+      for (const uint32_t exponent : {0u, 64u}) {
+        const Result<AnimationTrees> made =
+            optimize_trees(scenes[i], {.choice = choice,
+                                       .exponent = exponent,
+                                       .most_segments = 3,
+                                       .view = [](const ScenePose&) { return mat4(1.0f); },
+                                       .view_share = 0.5f,
+                                       .derived_boxes = true});
+        ASSERT_TRUE(made) << made.error().message();
+        const Result<TreeFile> trees = decode_trees(encode_trees(made->trees));
+        ASSERT_TRUE(trees) << trees.error().message();
+        Result<World> world = prepare(scenes[i], {.trees = &*trees});
+        ASSERT_TRUE(world) << world.error().message();
+        EXPECT_TRUE(world->set_time(0.7));
+        EXPECT_EQ(world->validate(), "");
+        for (const BodyTreeReport& body : made->bodies) EXPECT_TRUE(std::isfinite(body.cost));
+      }
+    }
+    EXPECT_TRUE(prepare(scenes[i]));
+  }
 }
 
 TEST(AnimationTrees, EndWhenTheCallerSaysSo) {

@@ -1,14 +1,12 @@
-// Adaptive leaves, and the methods that T-SAH is measured against.
-#include "sinew/bvh/tsah_methods.h"
-
+// Adaptive leaves.
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "sinew/bvh/build.h"
 #include "sinew/bvh/cost.h"
+#include "sinew/bvh/optimize.h"
 #include "sinew/math/random.h"
 #include "tree_checks.h"
 
@@ -27,28 +25,17 @@ Tree pair_tree() {
 }
 
 // Primitives that scatter: clumps fly apart, each its own way. Frame 0 is all in one place.
-AnimatedBoxes explosion(uint32_t primitives, uint32_t frames, uint32_t seed) {
-  AnimatedBoxes animation;
-  animation.primitive_count = primitives;
-  for (uint32_t f = 0; f < frames; ++f) animation.times.push_back(f);
-  animation.boxes = [=](uint32_t frame, std::span<Box> out) {
+FrameBoxes explosion(uint32_t primitives, uint32_t frame_count, uint32_t seed) {
+  std::vector<std::vector<Box>> frames(frame_count, std::vector<Box>(primitives));
+  for (uint32_t frame = 0; frame < frame_count; ++frame) {
     Random random(seed);
     for (uint32_t p = 0; p < primitives; ++p) {
       const vec3 low = random.uniform3(0.0f, 1.0f);
       const vec3 size = random.uniform3(0.01f, 0.05f);
       Random clump(1000 + p % 12);
       const vec3 at = low + (0.8f * static_cast<float>(frame)) * clump.direction();
-      out[p] = {at, at + size};
+      frames[frame][p] = {at, at + size};
     }
-  };
-  return animation;
-}
-
-FrameBoxes boxes_of(const AnimatedBoxes& animation) {
-  std::vector<std::vector<Box>> frames(animation.frame_count());
-  for (uint32_t f = 0; f < frames.size(); ++f) {
-    frames[f].resize(animation.primitive_count);
-    animation.boxes(f, frames[f]);
   }
   return make_frame_boxes(std::move(frames));
 }
@@ -114,7 +101,7 @@ double least_cost(const Tree& tree, std::span<const float> areas, uint32_t node,
 TEST(CollapseLeaves, IsTheCheapestWayAndNeverDearer) {
   for (uint32_t seed = 1; seed <= 5; ++seed) {
     SCOPED_TRACE(seed);
-    const FrameBoxes frames = boxes_of(explosion(400, 3, seed));
+    const FrameBoxes frames = explosion(400, 3, seed);
     const Tree tree = build_sweep(frames.frames[1], {.leaf_block = 1, .max_leaf = 1});
     const std::vector<double> g = area_weights(tree, frames, frame_costs(tree, frames), 2.0);
     for (const uint32_t block : {1u, 4u}) {
@@ -134,73 +121,6 @@ TEST(CollapseLeaves, IsTheCheapestWayAndNeverDearer) {
     }
   }
   EXPECT_TRUE(collapse_leaves(Tree(), {}, {}, {}, 1, 8).empty());
-}
-
-TEST(TsahMethods, AnimationCostsByHand) {
-  // Of the pair above: C = 27/5 in frame 0 and 75/21 in frame 1, with weights 1 : 3.
-  AnimatedBoxes animation;
-  animation.primitive_count = 2;
-  animation.times = {0.0, 1.0};
-  animation.boxes = [](uint32_t frame, std::span<Box> out) {
-    out[0] = bar(0, 1);
-    out[1] = frame == 0 ? bar(1, 2) : bar(9, 10);
-  };
-  AnimationCosts costs = animation_costs(pair_tree(), animation);
-  EXPECT_NEAR(costs.costs[0], 27.0 / 5, 1e-6);
-  EXPECT_NEAR(costs.costs[1], 75.0 / 21, 1e-6);
-  EXPECT_NEAR(costs.average, (27.0 / 5 + 75.0 / 21) / 2, 1e-6);
-  EXPECT_EQ(costs.maximum, costs.costs[0]);
-  animation.weights = {1.0, 3.0};
-  costs = animation_costs(pair_tree(), animation);
-  EXPECT_NEAR(costs.average, (27.0 / 5 + 3 * 75.0 / 21) / 4, 1e-6);
-}
-
-TEST(TsahMethods, StandInTheOrderOfThePaper) {
-  const AnimatedBoxes animation = explosion(500, 6, 3);
-  for (const bool insertion : {false, true}) {
-    MethodConfig config;
-    config.insertion = insertion;
-    std::vector<Box> first(animation.primitive_count);
-    animation.boxes(0, first);
-    const AnimationCosts sah0 = animation_costs(tree_of_frame(first, config), animation);
-    const uint32_t all[] = {0, 1, 2, 3, 4, 5};
-    const BestOverTime best = best_over_time(animation, all, config);
-    const AnimationCosts tsah = animation_costs(tsah_tree(boxes_of(animation), config), animation);
-    const AnimationCosts rebuild = rebuild_costs(animation, config);
-    EXPECT_LT(best.costs.average, sah0.average);
-    EXPECT_LT(tsah.average, sah0.average);
-    EXPECT_LT(rebuild.average, best.costs.average);
-    EXPECT_LT(rebuild.average, tsah.average);
-    // Single trees by hand.
-    double least = std::numeric_limits<double>::infinity();
-    for (const uint32_t f : all) {
-      std::vector<Box> boxes(animation.primitive_count);
-      animation.boxes(f, boxes);
-      const Tree tree = tree_of_frame(boxes, config);
-      const AnimationCosts costs = animation_costs(tree, animation);
-      EXPECT_EQ(costs.costs[f], rebuild.costs[f]);
-      least = std::min(least, costs.average);
-      if (f == best.frame) test::expect_same(tree, best.tree);
-    }
-    EXPECT_EQ(best.costs.average, least);
-    EXPECT_EQ(animation_costs(best.tree, animation).costs, best.costs.costs);
-  }
-}
-
-TEST(TsahMethods, BoxesThatAreNotFiniteDoNoHarm) {
-  AnimatedBoxes animation = explosion(60, 3, 5);
-  const auto whole = animation.boxes;
-  animation.boxes = [whole](uint32_t frame, std::span<Box> out) {
-    whole(frame, out);
-    out[7].min.x = std::numeric_limits<float>::quiet_NaN();
-    if (frame == 2) std::fill(out.begin(), out.end(), Box());
-  };
-  const uint32_t all[] = {0, 1, 2};
-  const BestOverTime best = best_over_time(animation, all);
-  test::expect_valid(best.tree, boxes_of(animation).frames[0], 8);
-  EXPECT_TRUE(std::isfinite(best.costs.average));
-  EXPECT_EQ(best.costs.costs[2], 0.0);
-  EXPECT_TRUE(std::isfinite(rebuild_costs(animation).average));
 }
 
 }  // namespace
