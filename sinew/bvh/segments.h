@@ -30,7 +30,7 @@ struct SegmentConfig {
   // Average cost over the clip, relative to a new tree for every frame. 0: as cheap as
   // most_segments and byte_budget allow.
   double cost_limit = 1.15;
-  Rebuild rebuild = Rebuild::binned;
+  Rebuild rebuild = Rebuild::optimized;
   size_t byte_budget = 0;    // of all trees, by bytes_of_trees(); 0: no limit
   double least_gain = 0.01;  // another tree must save this share of the average cost
   uint32_t boundaries = 16;  // where segments may begin at first: so many equal parts of the clip

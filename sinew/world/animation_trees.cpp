@@ -17,7 +17,8 @@ namespace {
 
 constexpr const char* kAllClips = "all";
 
-constexpr uint32_t kFramesJudged = 25;  // of the poses of all clips
+constexpr uint32_t kFramesReported = 5;  // of rebuilds, where nothing is to be decided by them
+constexpr uint32_t kFramesJudged = 25;   // of the poses of all clips
 constexpr uint32_t kMostExponent = 64;
 
 // A representative frame: of which clip, and when.
@@ -77,6 +78,7 @@ class BodyOptimizer {
     config.most_segments = options_.most_segments;
     config.cost_limit = options_.cost_limit;
     config.byte_budget = byte_budget;
+    if (options_.most_segments == 1) config.measured_frames = kFramesReported;
     return cut_into_segments(animation_, config);
   }
 

@@ -146,7 +146,7 @@ TEST(Segments, KeepTheBudget) {
 
 TEST(Segments, OptimizedRebuildsAreAStricterMeasure) {
   const AnimatedBoxes a = constellations(400, 40, {15});
-  const std::vector<Segment> binned = cut(a, {.most_segments = 4});
+  const std::vector<Segment> binned = cut(a, {.most_segments = 4, .rebuild = Rebuild::binned});
   const std::vector<Segment> optimized =
       cut(a, {.most_segments = 4, .rebuild = Rebuild::optimized});
   EXPECT_EQ(first_frames(optimized), (std::vector<uint32_t>{0, 15}));
