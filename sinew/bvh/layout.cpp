@@ -68,9 +68,11 @@ class LayoutMaker {
     }
   }
 
-  // What the child costs a ray that enters its parent.
+  // What the child costs a ray that enters its parent: a number even where areas make no sense, for
+  // children are sorted by it.
   float entered(uint32_t parent, uint32_t child) const {
-    return areas_[parent] > 0.0f ? areas_[child] / areas_[parent] * costs_[child] : costs_[child];
+    const float share = areas_[child] / areas_[parent];
+    return (share < 1.0f ? std::max(share, 0.0f) : 1.0f) * costs_[child];
   }
 
   // Any-hit rays take the last lane first, and most of them hit something. So what is soon done

@@ -215,13 +215,13 @@ Result<std::vector<size_t>> share_budget(const Scene& scene, std::span<const Sce
                                          size_t budget) {
   std::vector<size_t> shares(bodies.size());
   if (budget == 0) return shares;
-  double triangles = 0.0;
+  uint64_t triangles = 0;
   size_t least = 0;
   for (size_t b = 0; b < bodies.size(); ++b) {
     const size_t count = scene.meshes[bodies[b].mesh].triangles.size();
     shares[b] = bytes_of_trees(static_cast<uint32_t>(count));
     least += shares[b];
-    triangles += double(count);
+    triangles += count;
   }
   if (budget < least) {
     return fail(
@@ -229,9 +229,10 @@ Result<std::vector<size_t>> share_budget(const Scene& scene, std::span<const Sce
          "a budget of " + std::to_string(budget) + " bytes is too small for one tree a body",
          "give at least " + std::to_string(least) + " bytes"});
   }
+  const uint64_t rest = budget - least, all = std::max<uint64_t>(triangles, 1);
   for (size_t b = 0; b < bodies.size(); ++b) {
-    const double count = double(scene.meshes[bodies[b].mesh].triangles.size());
-    shares[b] += static_cast<size_t>(double(budget - least) * count / std::max(triangles, 1.0));
+    const uint64_t count = scene.meshes[bodies[b].mesh].triangles.size();
+    shares[b] += rest / all * count + rest % all * count / all;  // no product overflows
   }
   return shares;
 }
