@@ -35,7 +35,7 @@ struct Tree {
 
 // A tree for a part of an animation.
 struct TimedTree {
-  double begin = 0.0;        // seconds; serves until the next one begins; the first one also before
+  double begin = 0.0;  // seconds; serves until the next one begins; the first one also before
   Tree tree;
   std::vector<float> areas;  // one a node: orders the children of eight-wide nodes (make_layout)
 };

@@ -26,7 +26,7 @@ namespace sinew {
 struct TreeFile {
   static constexpr int32_t kAllClips = -2;
   uint64_t key = 0;
-  int32_t clip = kAllClips;  // an index, or -1: the rest pose
+  int32_t clip = kAllClips;                    // an index, or -1: the rest pose
   std::vector<std::vector<TimedTree>> bodies;  // at least one tree a body; their times rise
 };
 
