@@ -83,6 +83,9 @@ bool read_header(PngReader& reader) {
   png_set_read_fn(reader.png, &reader.stream, on_read);
   png_set_user_limits(reader.png, kMaxImageSide, kMaxImageSide);
   png_set_chunk_malloc_max(reader.png, 1 << 24);
+  // What says nothing about pixels is skipped unread: some of libpng's handlers allocate what a
+  // chunk claims to hold.
+  png_set_keep_unknown_chunks(reader.png, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
   png_read_info(reader.png, reader.info);
   return true;
 }
