@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "bench/figures.h"
+#include "bench/parts.h"
 #include "bench/tsah_convergence.h"
 #include "bench/tsah_costs.h"
 #include "bench/tsah_frames.h"
@@ -22,17 +23,7 @@ namespace {
 using nlohmann::json;
 
 bool wants(const TsahOptions& options, std::string_view part) {
-  return options.only.empty() || std::ranges::find(options.only, part) != options.only.end();
-}
-
-Result<void> check_parts(const TsahOptions& options) {
-  const std::vector<std::string> known = tsah_parts();
-  for (const std::string& part : options.only) {
-    if (std::ranges::find(known, part) != known.end()) continue;
-    return fail({ErrorKind::usage, "", "--only " + part, "there is no such part",
-                 fmt::format("there are {}", fmt::join(known, ", "))});
-  }
-  return {};
+  return wants_part(options.only, part);
 }
 
 bool is_there(const TsahScene& scene) {
@@ -91,7 +82,7 @@ std::vector<std::string> tsah_parts() {
 }
 
 Result<TsahReport> bench_tsah(const TsahOptions& options) {
-  SINEW_CHECKED(check_parts(options));
+  SINEW_CHECKED(check_parts(options.only, tsah_parts()));
   const ThreadLimit limit(options.threads);
   json rows = json::array(), figures = json::array(), skipped = json::array();
   TsahReport out;

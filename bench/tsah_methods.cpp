@@ -14,8 +14,7 @@
 namespace sinew::bench {
 namespace {
 
-constexpr CostModel kPaperCost{};              // c_T = 3, c_I = 2
-constexpr CostModel kTracedCost{2.0f, 0.25f};  // a node, and a packet of four triangles: 1
+constexpr CostModel kPaperCost{};  // c_T = 3, c_I = 2
 constexpr uint32_t kMostInLeaf = 8;
 constexpr uint32_t kSegmentFrames = 50;                      // that segments are chosen from
 constexpr double kLargeScene = 5e5, kMiddlingScene = 1.5e5;  // triangles
@@ -176,11 +175,11 @@ Tree cost_leaves(const Tree& deep, const FrameBoxes& frames, uint32_t exponent) 
 }
 
 TreePart finish(const Tree& deep, const FrameBoxes& frames, uint32_t exponent, double begin) {
-  const std::vector<double> g = weights_of(deep, frames, exponent);
   TreePart out{.begin = begin};
-  out.tree = collapse_leaves(deep, frames, g, kPaperCost, 1, kMostInLeaf);
-  out.traced = collapse_leaves(deep, frames, g, kTracedCost, 4, kMostInLeaf);
-  out.areas = weighted_areas(out.traced, frames, g);
+  out.tree = cost_leaves(deep, frames, exponent);
+  TimedTree traced = traced_tree(deep, frames, exponent);
+  out.traced = std::move(traced.tree);
+  out.areas = std::move(traced.areas);
   return out;
 }
 

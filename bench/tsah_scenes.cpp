@@ -11,9 +11,6 @@
 namespace sinew::bench {
 namespace {
 
-// Parts of the PigMan file that its joints fling far away, at thirty times their size.
-constexpr std::array<std::string_view, 2> kPigManStrays = {"Object_32", "Object_44"};
-
 const std::array<TsahScene, 15> kScenes = {{
     {"cloth-20k", "study:cloth,triangles=20000", SceneMotion::deforming, false, true},
     {"fracture-60k", "study:fracture,triangles=60000", SceneMotion::scattering, false, true},

@@ -19,8 +19,6 @@ namespace {
 using nlohmann::json;
 
 constexpr uint32_t kPigMen = 25;
-// Parts of the PigMan file that its joints fling far away, at thirty times their size.
-constexpr std::array<std::string_view, 2> kPigManStrays = {"Object_32", "Object_44"};
 
 // The scenes of the visible-fraction sweep. Default scenes whose file is absent are skipped.
 std::vector<std::string> sweep_names(const UpdateOptions& options, json& skipped) {
@@ -97,16 +95,6 @@ Result<void> run_visible(const UpdateOptions& options, UpdateReport& report) {
   return {};
 }
 
-Result<void> check_parts(const UpdateOptions& options) {
-  const std::vector<std::string> known = update_parts();
-  for (const std::string& part : options.only) {
-    if (std::ranges::find(known, part) != known.end()) continue;
-    return fail({ErrorKind::usage, "", "--only " + part, "there is no such part",
-                 fmt::format("there are {}", fmt::join(known, ", "))});
-  }
-  return {};
-}
-
 }  // namespace
 
 std::vector<std::string> update_parts() {
@@ -115,7 +103,7 @@ std::vector<std::string> update_parts() {
 }
 
 Result<json> bench_update(const UpdateOptions& options) {
-  SINEW_CHECKED(check_parts(options));
+  SINEW_CHECKED(check_parts(options.only, update_parts()));
   const ThreadLimit limit(options.threads);
   UpdateReport report;
   SINEW_CHECKED(run_bodies(options, report));

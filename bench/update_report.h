@@ -9,6 +9,7 @@
 
 #include "bench/contest.h"
 #include "bench/figures.h"
+#include "bench/parts.h"
 #include "bench/update.h"
 
 namespace sinew::bench {
@@ -20,7 +21,7 @@ struct UpdateReport {
 };
 
 inline bool wants(const UpdateOptions& options, std::string_view part) {
-  return options.only.empty() || std::ranges::find(options.only, part) != options.only.end();
+  return wants_part(options.only, part);
 }
 
 // One point of a sweep: a row a rival, {"table", "scene", "x", "method", "ms", "low_ms",

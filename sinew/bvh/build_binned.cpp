@@ -35,10 +35,7 @@ class BinnedSplit {
     const bool leaf_is_cheaper = build_detail::leaf_cost(config_, count) * area <= split_cost;
     if (count <= config_.max_leaf && (best.axis < 0 || leaf_is_cheaper)) return begin;
     if (best.axis < 0) return halves;
-    const auto middle = std::partition(
-        refs_.begin() + begin, refs_.begin() + end,
-        [&](const PrimitiveRef& ref) { return binning.bin(ref, best.axis) < best.bin; });
-    return static_cast<size_t>(middle - refs_.begin());
+    return build_detail::partition_at(refs_, begin, end, binning, best);
   }
 
  private:

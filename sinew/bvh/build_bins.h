@@ -83,4 +83,13 @@ inline Split best_split(const Bins& bins, const Binning& binning, const BuildCon
   return best;
 }
 
+// Puts what lies left of the plane first; returns where the right part begins.
+inline size_t partition_at(std::vector<PrimitiveRef>& refs, size_t begin, size_t end,
+                           const Binning& binning, const Split& split) {
+  const auto middle = std::partition(
+      refs.begin() + begin, refs.begin() + end,
+      [&](const PrimitiveRef& ref) { return binning.bin(ref, split.axis) < split.bin; });
+  return static_cast<size_t>(middle - refs.begin());
+}
+
 }  // namespace sinew::build_detail

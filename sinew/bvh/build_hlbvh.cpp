@@ -289,10 +289,7 @@ class ClusterSplit {
     }
     const build_detail::Split best = best_split(bins, binning, config_);
     if (best.axis < 0) return halves;
-    const auto middle = std::partition(
-        refs_.begin() + begin, refs_.begin() + end,
-        [&](const PrimitiveRef& ref) { return binning.bin(ref, best.axis) < best.bin; });
-    return static_cast<size_t>(middle - refs_.begin());
+    return build_detail::partition_at(refs_, begin, end, binning, best);
   }
 
  private:

@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sinew/base/check.h"
-#include "sinew/base/parallel.h"
 #include "sinew/bvh/bounds.h"
+#include "sinew/world/world_impl.h"
 
 namespace sinew {
 namespace {
 
 constexpr double kDefaultFps = 24.0;
-constexpr size_t kVerticesPerTask = 4096;
 
 std::vector<double> times_of(const Scene& scene, int clip, bool moves, uint32_t most) {
   if (clip == kRestPose) return {0.0};
@@ -55,11 +53,8 @@ AnimatedBoxes body_animation(const Scene& scene, const SceneBody& body, int clip
       return;
     }
     const Pose& at = object < 0 ? Pose() : pose.objects[static_cast<size_t>(object)];
-    std::vector<vec3> positions(vertex_count(motion));
-    parallel_for(positions.size(), kVerticesPerTask, [&](size_t begin, size_t end) {
-      sinew::positions(motion, at, static_cast<uint32_t>(begin),
-                       {positions.data() + begin, end - begin});
-    });
+    std::vector<vec3> positions;
+    all_positions(motion, at, positions);
     triangle_boxes(positions, mesh.triangles, boxes);
   };
   out.boxes = [boxes_at, times = out.times](uint32_t frame, std::span<Box> boxes) {

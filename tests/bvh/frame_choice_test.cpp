@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "bvh/animated_boxes.h"
 #include "sinew/base/parallel.h"
 #include "sinew/bvh/build.h"
 #include "sinew/math/random.h"
@@ -16,19 +17,6 @@ namespace sinew {
 namespace {
 
 using Frames = std::vector<uint32_t>;
-
-Box box_at(vec3 center, float half = 0.01f) {
-  return {center - vec3(half), center + vec3(half)};
-}
-
-AnimatedBoxes animation_of(uint32_t primitives, uint32_t frames,
-                           std::function<void(uint32_t, std::span<Box>)> boxes) {
-  AnimatedBoxes out;
-  out.primitive_count = primitives;
-  for (uint32_t f = 0; f < frames; ++f) out.times.push_back(f);
-  out.boxes = std::move(boxes);
-  return out;
-}
 
 // Primitives that sit at random places, other ones in every pose; pose(frame) says which.
 AnimatedBoxes poses(uint32_t primitives, uint32_t frames, std::function<uint32_t(uint32_t)> pose,

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numeric>
 
+#include "bvh/animated_boxes.h"
 #include "shapes.h"
 #include "sinew/base/parallel.h"
 #include "sinew/bvh/update.h"
@@ -15,23 +16,16 @@
 namespace sinew {
 namespace {
 
-Box box_at(vec3 center, float half = 0.01f) {
-  return {center - vec3(half), center + vec3(half)};
-}
-
-AnimatedBoxes animation_of(uint32_t primitives, uint32_t frames,
-                           std::function<void(uint32_t, std::span<Box>)> boxes) {
-  AnimatedBoxes out;
-  out.primitive_count = primitives;
-  for (uint32_t f = 0; f < frames; ++f) out.times.push_back(0.1 * f);
-  out.boxes = std::move(boxes);
-  return out;
+// Ten frames a second.
+AnimatedBoxes in_tenths(uint32_t primitives, uint32_t frames,
+                        std::function<void(uint32_t, std::span<Box>)> boxes) {
+  return animation_of(primitives, frames, std::move(boxes), 0.1);
 }
 
 // Every primitive sits at a random place of the constellation that the frame shows: a new one from
 // each of the frames `changes` on. In between all of them drift a little.
 AnimatedBoxes constellations(uint32_t primitives, uint32_t frames, std::vector<uint32_t> changes) {
-  return animation_of(primitives, frames, [=](uint32_t frame, std::span<Box> out) {
+  return in_tenths(primitives, frames, [=](uint32_t frame, std::span<Box> out) {
     uint32_t shown = 0;
     for (const uint32_t change : changes) shown += frame >= change ? 1 : 0;
     Random places(70 + shown), drift(9);
@@ -105,7 +99,7 @@ TEST(Segments, AreFoundWhereNeighboursChange) {
 TEST(Segments, OneTreeWhereNothingChanges) {
   const AnimatedBoxes still = constellations(300, 40, {});
   EXPECT_EQ(cut(still, {.most_segments = 8}).size(), 1u);
-  const AnimatedBoxes moving = animation_of(300, 40, [](uint32_t frame, std::span<Box> out) {
+  const AnimatedBoxes moving = in_tenths(300, 40, [](uint32_t frame, std::span<Box> out) {
     Random random(3);
     for (Box& box : out)
       box = box_at(random.uniform3(0.0f, 1.0f) + vec3(3.0f * float(frame), 0, 0));
@@ -192,7 +186,7 @@ TEST(Segments, ShortClips) {
 
 TEST(Segments, FlatAndMissingBoxes) {
   const SegmentConfig config{.most_segments = 4};
-  const AnimatedBoxes points = animation_of(50, 10, [](uint32_t, std::span<Box> out) {
+  const AnimatedBoxes points = in_tenths(50, 10, [](uint32_t, std::span<Box> out) {
     std::fill(out.begin(), out.end(), box_at({}, 0));
   });
   EXPECT_EQ(cut(points, config).size(), 1u);
