@@ -21,14 +21,29 @@ void lay_out(const Scene& scene, ScenePose& out) {
     weights += mesh.morph_targets;
     if (mesh.vertex_program) vertices += mesh.positions.size();
   }
+  for (const SceneVoxels& object : scene.voxels) {
+    weights += scene.octrees[object.octree].morph_targets;
+  }
   out.nodes.resize(scene.nodes.size());
   out.visible.resize(scene.nodes.size());
   out.local.resize(scene.nodes.size());
   out.objects.resize(scene.objects.size());
+  out.voxels.resize(scene.voxels.size());
   out.joints.resize(joints);
   out.skin_begin.resize(scene.skins.size());
   out.weights.resize(weights);
   out.free.resize(vertices);
+}
+
+// Takes the next weights of `out` for the pose, at rest.
+void set_rest_weights(const Node& node, std::span<const float> defaults, size_t& begin,
+                      ScenePose& out, Pose& pose) {
+  const std::span<float> weights(out.weights.data() + begin, defaults.size());
+  std::ranges::copy(node.weights.empty() ? defaults : std::span<const float>(node.weights),
+                    weights.begin());
+  pose = {};
+  pose.weights = weights;
+  begin += weights.size();
 }
 
 void set_rest(const Scene& scene, ScenePose& out) {
@@ -41,26 +56,25 @@ void set_rest(const Scene& scene, ScenePose& out) {
   for (size_t i = 0; i < scene.objects.size(); ++i) {
     const SceneObject& object = scene.objects[i];
     const Mesh& mesh = scene.meshes[object.mesh];
-    const Node& node = scene.nodes[object.node];
     Pose& pose = out.objects[i];
-    pose = {};
-
-    const std::span<float> weights(out.weights.data() + weight_begin, mesh.morph_targets);
-    std::ranges::copy(node.weights.empty() ? mesh.morph_weights : node.weights, weights.begin());
-    pose.weights = weights;
-    weight_begin += weights.size();
-
+    set_rest_weights(scene.nodes[object.node], mesh.morph_weights, weight_begin, out, pose);
     if (!mesh.vertex_program) continue;
     pose.positions = {out.free.data() + vertex_begin, mesh.positions.size()};
     vertex_begin += mesh.positions.size();
   }
+  for (size_t i = 0; i < scene.voxels.size(); ++i) {
+    const SceneVoxels& object = scene.voxels[i];
+    set_rest_weights(scene.nodes[object.node], scene.octrees[object.octree].morph_weights,
+                     weight_begin, out, out.voxels[i]);
+  }
 }
 
-// Index of the object that the node shows; objects are in node order.
-size_t object_of(const Scene& scene, uint32_t node) {
-  const auto found = std::ranges::lower_bound(scene.objects, node, {}, &SceneObject::node);
-  SINEW_CHECK(found != scene.objects.end() && found->node == node);
-  return static_cast<size_t>(found - scene.objects.begin());
+// Index of the object (of Scene::objects or ::voxels) that the node shows; both are in node order.
+template <class Object>
+size_t object_of(const std::vector<Object>& objects, uint32_t node) {
+  const auto found = std::ranges::lower_bound(objects, node, {}, &Object::node);
+  SINEW_CHECK(found != objects.end() && found->node == node);
+  return static_cast<size_t>(found - objects.begin());
 }
 
 void set_cache_key(const Mesh& mesh, float position, Pose& pose) {
@@ -73,7 +87,10 @@ void set_cache_key(const Mesh& mesh, float position, Pose& pose) {
 
 void apply_channel(const Scene& scene, const Channel& channel, double time, ScenePose& out) {
   if (channel.path == ChannelPath::weights) {
-    const std::span<const float> weights = out.objects[object_of(scene, channel.node)].weights;
+    const Pose& pose = scene.nodes[channel.node].octree >= 0
+                           ? out.voxels[object_of(scene.voxels, channel.node)]
+                           : out.objects[object_of(scene.objects, channel.node)];
+    const std::span<const float> weights = pose.weights;
     const size_t begin = static_cast<size_t>(weights.data() - out.weights.data());
     sample_channel(channel, time, std::span(out.weights).subspan(begin, weights.size()));
     return;
@@ -95,7 +112,7 @@ void apply_channel(const Scene& scene, const Channel& channel, double time, Scen
       local.has_matrix = false;
       break;
     case ChannelPath::cache_key: {
-      const size_t object = object_of(scene, channel.node);
+      const size_t object = object_of(scene.objects, channel.node);
       set_cache_key(scene.meshes[scene.objects[object].mesh], value[0], out.objects[object]);
       break;
     }
@@ -142,11 +159,12 @@ bool is_sound(const Pose& pose) {
          std::ranges::all_of(pose.weights, [](float w) { return std::isfinite(w); });
 }
 
-void place_objects(const Scene& scene, ScenePose& out) {
-  out.absent = 0;
-  for (size_t i = 0; i < scene.objects.size(); ++i) {
-    const SceneObject& object = scene.objects[i];
-    Pose& pose = out.objects[i];
+template <class Object>
+void place(const Scene& scene, const std::vector<Object>& objects, std::vector<Pose>& poses,
+           ScenePose& out) {
+  for (size_t i = 0; i < objects.size(); ++i) {
+    const Object& object = objects[i];
+    Pose& pose = poses[i];
     if (object.skin < 0) {
       pose.placement = out.nodes[object.node];
     } else {
@@ -159,6 +177,12 @@ void place_objects(const Scene& scene, ScenePose& out) {
       ++out.absent;
     }
   }
+}
+
+void place_objects(const Scene& scene, ScenePose& out) {
+  out.absent = 0;
+  place(scene, scene.objects, out.objects, out);
+  place(scene, scene.voxels, out.voxels, out);
 }
 
 void run_vertex_programs(const Scene& scene, double time, ScenePose& out) {

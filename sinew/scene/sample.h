@@ -34,6 +34,7 @@ struct ScenePose {
   std::vector<Affine> nodes;     // node -> world
   std::vector<uint8_t> visible;  // one a node
   std::vector<Pose> objects;     // one a Scene::objects
+  std::vector<Pose> voxels;      // one a Scene::voxels
   uint32_t absent = 0;           // objects left out: placement singular, or a placement, joint or
                                  // morph weight that is not finite; hidden ones do not count
 

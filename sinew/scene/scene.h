@@ -12,6 +12,7 @@
 #include "sinew/scene/image.h"
 #include "sinew/scene/material.h"
 #include "sinew/scene/mesh.h"
+#include "sinew/svo/format.h"
 
 namespace sinew {
 
@@ -48,6 +49,7 @@ struct Node {
   bool has_matrix = false;  // then `matrix` counts, not translation, rotation, scale
   Affine matrix = identity_affine();
   int32_t mesh = -1;
+  int32_t octree = -1;  // at most one of mesh and octree
   int32_t skin = -1;
   int32_t camera = -1;
   int32_t light = -1;
@@ -68,6 +70,13 @@ struct SceneObject {
   int32_t skin = -1;
 };
 
+// One voxel object in the pictures: a node with an octree.
+struct SceneVoxels {
+  uint32_t node = 0;
+  uint32_t octree = 0;
+  int32_t skin = -1;  // -1: the octree has no joints
+};
+
 // What rays see that leave the scene, and what light comes from everywhere.
 struct Environment {
   vec3 zenith{0.30f, 0.36f, 0.44f};  // linear radiance straight up
@@ -82,7 +91,8 @@ inline constexpr double kHighestFps = 1e6;
 struct Scene {
   std::string name;
   std::vector<Mesh> meshes;
-  std::vector<Material> materials;  // at least one if there is a mesh
+  std::vector<Svo> octrees;         // SvoCell::material indexes `materials`
+  std::vector<Material> materials;  // at least one if there is a mesh or an octree
   std::vector<Image8> images;
   std::vector<Node> nodes;  // parents before children
   std::vector<Skin> skins;
@@ -90,6 +100,7 @@ struct Scene {
   std::vector<Light> lights;
   std::vector<Clip> clips;
   std::vector<SceneObject> objects;  // in node order
+  std::vector<SceneVoxels> voxels;   // in node order
   Environment environment;
   int32_t default_frames = 0;         // > 0: how many frames the scene is meant to have
   double default_fps = 0.0;           // > 0: the frame rate it is meant for, at most kHighestFps
@@ -100,11 +111,12 @@ struct SceneCounts {
   uint64_t triangles = 0;  // over objects, each instance counted
   uint64_t vertices = 0;   // over objects, each instance counted
   uint32_t joints = 0;     // over skins
-  uint32_t morphs = 0;     // over meshes
+  uint32_t morphs = 0;     // over meshes and octrees
+  uint64_t voxels = 0;     // over voxel objects, each instance counted
 };
 SceneCounts count(const Scene& scene);
 
-// Fills objects from nodes; call after nodes and meshes are complete.
+// Fills objects and voxels from nodes; call after nodes, meshes and octrees are complete.
 void list_objects(Scene& scene);
 
 // Every invariant of the scene and its meshes. Empty text if all hold.

@@ -63,11 +63,20 @@ void check_material(const Scene& scene, const Material& material, FirstProblem& 
                  "attenuation distance {}", material.attenuation_distance);
 }
 
+// Morph targets of what the node shows.
+size_t targets_of(const Scene& scene, const Node& node) {
+  if (node.octree >= 0) return scene.octrees[node.octree].morph_targets;
+  return node.mesh < 0 ? 0 : scene.meshes[node.mesh].morph_targets;
+}
+
 void check_node(const Scene& scene, const Node& node, FirstProblem& problem) {
   const size_t index = static_cast<size_t>(&node - scene.nodes.data());
   problem.expect(is_optional_index(node.parent, index), "parent {} is no earlier node",
                  node.parent);
   problem.expect(is_optional_index(node.mesh, scene.meshes.size()), "no mesh {}", node.mesh);
+  problem.expect(is_optional_index(node.octree, scene.octrees.size()), "no octree {}", node.octree);
+  problem.expect(node.mesh < 0 || node.octree < 0, "both mesh {} and octree {}", node.mesh,
+                 node.octree);
   problem.expect(is_optional_index(node.skin, scene.skins.size()), "no skin {}", node.skin);
   problem.expect(is_optional_index(node.camera, scene.cameras.size()), "no camera {}", node.camera);
   problem.expect(is_optional_index(node.light, scene.lights.size()), "no light {}", node.light);
@@ -78,8 +87,7 @@ void check_node(const Scene& scene, const Node& node, FirstProblem& problem) {
   problem.expect_finite("matrix", node.matrix);
   problem.expect_finite("weights", node.weights);
   if (!problem.found() && !node.weights.empty()) {
-    problem.expect_size("weights", node.weights.size(),
-                        node.mesh < 0 ? 0 : scene.meshes[node.mesh].morph_targets);
+    problem.expect_size("weights", node.weights.size(), targets_of(scene, node));
   }
 }
 
@@ -138,7 +146,7 @@ size_t width_of(const Scene& scene, const Channel& channel) {
     case ChannelPath::rotation:
       return 4;
     case ChannelPath::weights:
-      return mesh < 0 ? 0 : scene.meshes[mesh].morph_targets;
+      return targets_of(scene, scene.nodes[channel.node]);
     case ChannelPath::cache_key:
       return mesh < 0 || scene.meshes[mesh].keys == 0 ? 0 : 1;
     case ChannelPath::visibility:

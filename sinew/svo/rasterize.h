@@ -1,0 +1,57 @@
+// The rasteriser: octrees in poses -> which voxel is in front in every pixel.
+//
+//   blocks   boxes from the pose alone against the view; what is seen is posed, in parallel
+//   cells    eight corners projected; box, depth, level of detail; listed for the tiles they meet
+//   tiles    one thread owns a tile: cells seen in the last frame are drawn, then the rest is
+//   tested
+//            against the depths that they left, and drawn if it may be seen
+//
+// A drawn voxel covers every pixel whose centre lies in its projected box, so nothing shows through
+// between neighbours, whatever the stretch. The picture is the same for any number of threads, and
+// whatever was seen in the last frame.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "sinew/svo/visibility.h"
+
+namespace sinew {
+
+struct RasterSettings {
+  float smallest = 1.0f;  // pixels: the finest level whose deformed voxels are at least as large
+                          // is drawn
+  bool lod = true;        // else always voxels
+  bool occlusion = true;  // two-phase hierarchical z
+  bool front_to_back = false;  // cells sorted by depth, instead of Morton order (the thesis's)
+  float large = 8.0f;          // pixels: voxels above it are drawn as boxes with faces
+};
+
+struct RasterStats {
+  uint64_t blocks = 0, blocks_drawn = 0;  // drawn: in the view
+  uint64_t cells = 0;                     // in the view
+  uint64_t cells_hidden = 0;              // left out by depths, tile by tile
+  uint64_t voxels_drawn = 0;              // of any level, tile by tile
+  uint64_t leaves_drawn = 0;              // of level 0
+  uint64_t nodes_drawn = 0;
+  double pose_ms = 0.0, view_ms = 0.0, draw_ms = 0.0;
+};
+
+// Buffers that live from frame to frame, one for each view: a frame after the first of a size
+// allocates nothing. It remembers what was seen.
+struct RasterScratch;
+struct RasterScratchDeleter {
+  void operator()(RasterScratch* scratch) const;
+};
+using RasterScratchPtr = std::unique_ptr<RasterScratch, RasterScratchDeleter>;
+RasterScratchPtr make_raster_scratch();
+
+// Both need instances with rising `first_unit`, as many units in all as kMostUnits at most
+// (checked).
+RasterStats rasterize(std::span<const VoxelInstance> instances, const RasterView& view,
+                      const RasterSettings& settings, RasterScratch& scratch, Visibility& out);
+RasterStats rasterize_depth(std::span<const VoxelInstance> instances, const RasterView& view,
+                            const RasterSettings& settings, RasterScratch& scratch, DepthMap& out);
+
+}  // namespace sinew
