@@ -1,5 +1,5 @@
-// How a mesh at rest looks to the voxeliser: albedo and normals as gbuffer.h defines them, with
-// textures averaged over about a voxel.
+// How a mesh at rest looks to the voxeliser: base colours and normals as gbuffer.h defines them,
+// with textures averaged over about a voxel. What else materials say of a surface is left to them.
 #pragma once
 
 #include <cstdint>
