@@ -7,8 +7,8 @@
 //       16      8  size of the file
 //       24      8  XXH3-64 of the rest of the header and of the table
 //       32         table: the sections' sizes in bytes (8 each): scene, octree 0, octree 1, ...
-//        .         section "scene": size unpacked (8), XXH3-64 of what follows (8), zstd: a GLB that
-//                  io/gltf writes and reads. Its nodes name octrees in extras ("sinew_octree")
+//        .         section of the scene: size unpacked (8), XXH3-64 of that size xor that of what
+//                  follows (8), zstd: a GLB that io/gltf writes and reads, see gltf/embed.h
 //        .         sections of octrees, see svo/file.h
 #pragma once
 
@@ -20,6 +20,7 @@
 #include "sinew/base/error.h"
 #include "sinew/io/load.h"
 #include "sinew/scene/scene.h"
+#include "sinew/svo/file.h"
 
 namespace sinew {
 
@@ -59,6 +60,9 @@ Result<Scene> load_svo(const std::string& path, const LoadOptions& options = {})
 // The same from the bytes of the file; `path` stands in errors.
 Result<Scene> parse_svo(std::span<const uint8_t> bytes, const std::string& path,
                         const LoadOptions& options);
+
+// `scene` is what all but the octrees take.
+std::vector<SvoPart> list_parts(const SvoFileParts& parts, uint64_t scene);
 
 // What the parts of a file take, without reading its octrees.
 Result<std::vector<SvoPart>> svo_parts(const std::string& path);
