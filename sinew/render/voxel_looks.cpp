@@ -177,6 +177,14 @@ LookTriangle MeshLooks::triangle_of(uint32_t triangle, float voxel) const {
   return out;
 }
 
+uint16_t MeshLooks::mean_color() const {
+  vec3 sum(0.0f);
+  for (uint32_t i = 0; i < mesh_->triangles.size(); ++i) {
+    sum += vec3(scene_->materials[mesh_->material_of(i)].base_color);
+  }
+  return pack_color(sum / static_cast<float>(std::max<size_t>(mesh_->triangles.size(), 1)));
+}
+
 void MeshLooks::operator()(const SurfaceBatch& batch) const {
   look_at_points(triangle_of(batch.triangle, batch.voxel),
                  {batch.u.data(), batch.v.data(), batch.u.size(), batch.normals.data(),

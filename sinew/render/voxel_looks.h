@@ -51,6 +51,9 @@ class MeshLooks {
 
   void operator()(const SurfaceBatch& batch) const;
 
+  // Packed, of the materials without their textures, by numbers of triangles: what fills solids.
+  uint16_t mean_color() const;
+
  private:
   LookTriangle triangle_of(uint32_t triangle, float voxel) const;
   LookTexture texture_of(const TextureRef& texture, bool color, uint32_t triangle,

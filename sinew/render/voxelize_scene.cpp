@@ -73,15 +73,6 @@ Error named(Error error, const std::string& name) {
   return error;
 }
 
-// What of the scene's colours fills solids: the mean of the object's materials by triangles.
-uint16_t inside_color(const Scene& scene, const Mesh& mesh) {
-  vec3 sum(0.0f);
-  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    sum += vec3(scene.materials[mesh.material_of(i)].base_color);
-  }
-  return pack_color(sum / static_cast<float>(std::max<size_t>(mesh.triangles.size(), 1)));
-}
-
 // `voxel`: the side in the object's space; 0: the resolution counts.
 Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float voxel,
                                       const VoxelizeSceneOptions& options, LookTextures& textures) {
@@ -99,7 +90,7 @@ Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float 
   SINEW_TRY(out.surface, voxelize(mesh.positions, mesh.triangles, grid, looks,
                                   {.shell = options.shell,
                                    .solid = options.solid,
-                                   .inside_color = inside_color(scene, mesh),
+                                   .inside_color = looks.mean_color(),
                                    .memory_limit = options.memory_limit}));
   out.triangles = mesh.triangles;
   out.materials.resize(mesh.triangles.size());
