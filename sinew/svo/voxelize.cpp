@@ -7,6 +7,7 @@
 #include <bit>
 #include <numeric>
 
+#include "sinew/base/buffer.h"
 #include "sinew/base/parallel.h"
 #include "sinew/svo/nearest_kernels.h"
 #include "sinew/svo/solid_fill.h"
@@ -50,12 +51,12 @@ bool is_finite(vec3 v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// Buffers of one block's work.
+// Buffers of one block's work, for what a triangle has there and for all that the block has.
 struct Scratch {
-  std::vector<BlockPlace> places;
-  std::vector<float> u, v;
-  std::vector<uint16_t> normals, colors;
-  std::vector<uint8_t> present;
+  Buffer<BlockPlace> places{kMostPlaces};
+  Buffer<float> u{kMostPlaces}, v{kMostPlaces};
+  Buffer<uint16_t> normals{kMostPlaces}, colors{kMostPlaces};
+  Buffer<uint8_t> present{kMostPlaces};
   std::vector<VoxelFragment> fragments, sorted;
 };
 
@@ -109,7 +110,7 @@ class Voxelizer {
     return cross(out.vertex[1] - out.vertex[0], out.vertex[2] - out.vertex[0]) != dvec3(0.0);
   }
 
-  void list_blocks(uint32_t triangle, std::vector<BlockPlace>& places,
+  void list_blocks(uint32_t triangle, Buffer<BlockPlace>& places,
                    std::vector<BlockTriangle>& out) const {
     GridTriangle t;
     if (!load(triangle, t)) return;
@@ -117,18 +118,18 @@ class Voxelizer {
     for (dvec3& v : t.vertex) v /= static_cast<double>(kSide);
     const dvec3 low = floor(min(t.vertex[0], min(t.vertex[1], t.vertex[2])));
     const dvec3 high = floor(max(t.vertex[0], max(t.vertex[1], t.vertex[2])));
-    places.clear();
     const bool in_one =
         low == high && all(greaterThan(min(t.vertex[0], min(t.vertex[1], t.vertex[2])), low));
     if (in_one) {
       if (any(lessThan(low, dvec3(0.0))) || any(greaterThanEqual(low, dvec3(blocks_.count))))
         return;
       const uvec3 block(low);
-      places.push_back(block.x + kSide * (block.y + kSide * block.z));
+      const BlockPlace place = block.x + kSide * (block.y + kSide * block.z);
+      out.push_back({morton_of_place(place), triangle});
     } else {
-      mark_triangle(t, Shell::conservative, blocks_.count - 1u, places);
+      const size_t count = mark_triangle(t, Shell::conservative, blocks_.count - 1u, places.data());
+      for (size_t i = 0; i < count; ++i) out.push_back({morton_of_place(places[i]), triangle});
     }
-    for (const BlockPlace place : places) out.push_back({morton_of_place(place), triangle});
   }
 
   // Fills ranges_ and sorted_: by block, then triangle.
@@ -136,7 +137,7 @@ class Voxelizer {
     std::vector<std::vector<BlockTriangle>> lists((triangles_.size() + kTrianglesAtOnce - 1) /
                                                   kTrianglesAtOnce);
     parallel_for(triangles_.size(), kTrianglesAtOnce, [&](size_t begin, size_t end) {
-      std::vector<BlockPlace> places;
+      Buffer<BlockPlace> places(kMostPlaces);
       std::vector<BlockTriangle>& list = lists[begin / kTrianglesAtOnce];
       list.reserve(2 * (end - begin));
       for (size_t i = begin; i < end; ++i) list_blocks(static_cast<uint32_t>(i), places, list);
@@ -176,9 +177,8 @@ class Voxelizer {
       GridTriangle triangle;
       load(sorted_[i], triangle);
       for (dvec3& v : triangle.vertex) v -= dvec3(base);
-      scratch.places.clear();
-      mark_triangle(triangle, options_.shell, last, scratch.places);
-      if (!scratch.places.empty()) look_at(sorted_[i], triangle, range.block, scratch);
+      const size_t count = mark_triangle(triangle, options_.shell, last, scratch.places.data());
+      if (count > 0) look_at(sorted_[i], triangle, range.block, count, scratch);
     }
     sort_by_bits(scratch.fragments, scratch.sorted, 0);
     sort_by_bits(scratch.sorted, scratch.fragments, 9);
@@ -191,23 +191,28 @@ class Voxelizer {
     take_memory(2 * sizeof(VoxelFragment) * out.count);
   }
 
-  void look_at(uint32_t index, const GridTriangle& triangle, uint32_t block, Scratch& scratch) {
-    const size_t count = scratch.places.size();
-    scratch.u.resize(count);
-    scratch.v.resize(count);
-    scratch.normals.resize(count);
-    scratch.colors.resize(count);
-    scratch.present.assign(count, 1);
+  void look_at(uint32_t index, const GridTriangle& triangle, uint32_t block, size_t count,
+               Scratch& scratch) {
+    std::fill_n(scratch.present.data(), count, uint8_t{1});
     nearest_points(make_nearest_setup(triangle), scratch.places.data(), count, scratch.u.data(),
                    scratch.v.data());
-    look_({index, grid_.voxel, scratch.u, scratch.v, scratch.normals, scratch.colors,
-           scratch.present});
+    look_({index,
+           grid_.voxel,
+           {scratch.u.data(), count},
+           {scratch.v.data(), count},
+           {scratch.normals.data(), count},
+           {scratch.colors.data(), count},
+           {scratch.present.data(), count}});
+    const size_t before = scratch.fragments.size();
+    scratch.fragments.resize(before + count);
+    VoxelFragment* to = scratch.fragments.data() + before;
+    const VoxelMorton base = VoxelMorton{block} << kPlaceBits;
     for (size_t i = 0; i < count; ++i) {
-      if (scratch.present[i] == 0) continue;
-      const VoxelMorton voxel =
-          VoxelMorton{block} << kPlaceBits | morton_of_place(scratch.places[i]);
-      scratch.fragments.push_back({voxel, index, scratch.normals[i], scratch.colors[i]});
+      *to = {base | morton_of_place(scratch.places[i]), index, scratch.normals[i],
+             scratch.colors[i]};
+      to += scratch.present[i];
     }
+    scratch.fragments.resize(static_cast<size_t>(to - scratch.fragments.data()));
   }
 
   void take_memory(uint64_t bytes) {
