@@ -86,15 +86,19 @@ Interval columns_of(const MarkSetup& s, double v, int lanes) {
   return u;
 }
 
-// The edges' values along a row, where one coordinate is known.
-struct RowEdges {
-  V slope[3], start[3];
+// An edge's values along a row, where one coordinate is known.
+struct RowEdge {
+  V slope, start;
 
-  M cover(V x) const {
-    const D d;
-    const V zero = hn::Zero(d);
-    const auto at = [&](int i) { return hn::Ge(hn::Add(hn::Mul(slope[i], x), start[i]), zero); };
-    return hn::And(hn::And(at(0), at(1)), at(2));
+  M covers(V x) const { return hn::Ge(hn::Add(hn::Mul(slope, x), start), hn::Zero(D())); }
+};
+
+// Its values where neither is.
+struct PlaneEdge {
+  V a, b, c;
+
+  M covers(V x, V y) const {
+    return hn::Ge(hn::Add(hn::Add(hn::Mul(a, x), hn::Mul(b, y)), c), hn::Zero(D()));
   }
 };
 
@@ -103,10 +107,9 @@ class Row {
  public:
   Row(const MarkSetup& s, double v) : s_(s) {
     for (int i = 0; i < 3; ++i) {
-      along_w_.slope[i] = set(s.along_w[i].a);
-      along_w_.start[i] = set(s.along_w[i].b * v + s.along_w[i].c);
-      along_u_.slope[i] = set(s.along_u[i].b);
-      along_u_.start[i] = set(s.along_u[i].a * v + s.along_u[i].c);
+      along_w_[i] = {set(s.along_w[i].a), set(s.along_w[i].b * v + s.along_w[i].c)};
+      along_u_[i] = {set(s.along_u[i].b), set(s.along_u[i].a * v + s.along_u[i].c)};
+      along_v_[i] = {set(s.along_v[i].a), set(s.along_v[i].b), set(s.along_v[i].c)};
     }
     height_ = set(s.plane.b * v + s.plane.c);
     place_ = set(v * s.stride_v);
@@ -116,7 +119,8 @@ class Row {
   size_t mark(int u, int last, BlockPlace* out) const {
     const D d;
     const V x = hn::Add(set(u), hn::ConvertTo(d, hn::Iota(hn::RebindToSigned<D>(), 0)));
-    const M seen = hn::And(hn::Le(x, set(last)), along_w_.cover(x));
+    M seen = hn::And(hn::Le(x, set(last)), along_w_[0].covers(x));
+    seen = hn::And(seen, hn::And(along_w_[1].covers(x), along_w_[2].covers(x)));
     if (hn::AllFalse(d, seen)) return 0;
     const V depth = set(s_.depth), at = hn::Add(hn::Mul(set(s_.plane.a), x), height_);
     if (s_.thin) {
@@ -140,21 +144,23 @@ class Row {
     const D d;
     const hn::Rebind<int32_t, D> d32;
     const hn::Rebind<uint32_t, D> du32;
-    const V zero = hn::Zero(d);
-    mask = hn::And(mask, along_u_.cover(w));
-    for (const EdgeFunction& e : s_.along_v) {
-      const V value = hn::Add(hn::Add(hn::Mul(set(e.a), w), hn::Mul(set(e.b), u)), set(e.c));
-      mask = hn::And(mask, hn::Ge(value, zero));
-    }
+    for (int i = 0; i < 3; ++i) mask = hn::And(mask, along_u_[i].covers(w));
+    for (int i = 0; i < 3; ++i) mask = hn::And(mask, along_v_[i].covers(w, u));
     const V place =
         hn::Add(hn::Add(hn::Mul(u, set(s_.stride_u)), hn::Mul(w, set(s_.stride_w))), place_);
+    // Highway 1.0.3 compresses 64-bit lanes by a table that it copies each time. StoreMaskBits()
+    // may write 8 bytes.
+    uint8_t bits[8] = {};
+    hn::StoreMaskBits(d, mask, bits);
+    const auto places = hn::BitCast(du32, hn::DemoteTo(d32, place));
     // A whole vector: there is room.
-    hn::StoreU(hn::BitCast(du32, hn::DemoteTo(d32, hn::Compress(place, mask))), du32, out);
+    hn::StoreU(hn::Compress(places, hn::LoadMaskBits(du32, bits)), du32, out);
     return hn::CountTrue(d, mask);
   }
 
   const MarkSetup& s_;
-  RowEdges along_w_, along_u_;
+  RowEdge along_w_[3], along_u_[3];
+  PlaneEdge along_v_[3];
   V height_, place_;
 };
 

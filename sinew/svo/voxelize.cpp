@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <memory>
+#include <mutex>
 #include <numeric>
 
 #include "sinew/base/buffer.h"
@@ -57,17 +59,23 @@ struct Scratch {
   Buffer<float> u{kMostPlaces}, v{kMostPlaces};
   Buffer<uint16_t> normals{kMostPlaces}, colors{kMostPlaces};
   Buffer<uint8_t> present{kMostPlaces};
-  std::vector<VoxelFragment> fragments, sorted;
+  std::vector<VoxelFragment> fragments, sorted;  // never made shorter, so that nothing is cleared
+  size_t count = 0;                              // of fragments
+
+  // The next `more` fragments, to be written.
+  VoxelFragment* room_for(size_t more) {
+    if (fragments.size() < count + more) fragments.resize(2 * (count + more));
+    if (sorted.size() < fragments.size()) sorted.resize(fragments.size());
+    return fragments.data() + count;
+  }
 };
 
 // By 9 bits of the voxel's place, keeping the order of equals.
-void sort_by_bits(std::vector<VoxelFragment>& from, std::vector<VoxelFragment>& to,
-                  uint32_t shift) {
+void sort_by_bits(std::span<const VoxelFragment> from, VoxelFragment* to, uint32_t shift) {
   uint32_t next[512] = {};
   for (const VoxelFragment& f : from) ++next[f.voxel >> shift & 511];
   uint32_t sum = 0;
   for (uint32_t& n : next) sum += std::exchange(n, sum);
-  to.resize(from.size());
   for (const VoxelFragment& f : from) to[next[f.voxel >> shift & 511]++] = f;
 }
 
@@ -160,19 +168,28 @@ class Voxelizer {
 
   void mark_blocks() {
     outputs_.resize(ranges_.size());
-    // Neighbours in Morton order share triangles and buffers.
-    constexpr size_t kBlocksAtOnce = 4;
-    parallel_for(ranges_.size(), kBlocksAtOnce, [&](size_t begin, size_t end) {
-      Scratch scratch;
-      for (size_t i = begin; i < end && !out_of_memory_; ++i) mark_block(i, scratch);
+    parallel_for(ranges_.size(), 1, [&](size_t begin, size_t end) {
+      std::unique_ptr<Scratch> scratch = take_scratch();
+      for (size_t i = begin; i < end && !out_of_memory_; ++i) mark_block(i, *scratch);
+      const std::lock_guard lock(mutex_);
+      idle_.push_back(std::move(scratch));
     });
+    idle_.clear();
+  }
+
+  std::unique_ptr<Scratch> take_scratch() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<Scratch>();
+    std::unique_ptr<Scratch> scratch = std::move(idle_.back());
+    idle_.pop_back();
+    return scratch;
   }
 
   void mark_block(size_t index, Scratch& scratch) {
     const BlockRange& range = ranges_[index];
     const uvec3 base = kSide * voxel_of(range.block);
     const uvec3 last = min(grid_.resolution - base, uvec3(kSide)) - 1u;
-    scratch.fragments.clear();
+    scratch.count = 0;
     for (size_t i = range.first; i < range.end; ++i) {
       GridTriangle triangle;
       load(sorted_[i], triangle);
@@ -180,10 +197,11 @@ class Voxelizer {
       const size_t count = mark_triangle(triangle, options_.shell, last, scratch.places.data());
       if (count > 0) look_at(sorted_[i], triangle, range.block, count, scratch);
     }
-    sort_by_bits(scratch.fragments, scratch.sorted, 0);
-    sort_by_bits(scratch.sorted, scratch.fragments, 9);
+    if (scratch.count == 0) return;
+    sort_by_bits({scratch.fragments.data(), scratch.count}, scratch.sorted.data(), 0);
+    sort_by_bits({scratch.sorted.data(), scratch.count}, scratch.fragments.data(), 9);
     BlockOutput& out = outputs_[index];
-    out.fragments = scratch.fragments;
+    out.fragments.assign(scratch.fragments.data(), scratch.fragments.data() + scratch.count);
     out.count = out.fragments.size();
     for (size_t i = 0; i < out.fragments.size(); ++i) {
       out.voxels += i == 0 || out.fragments[i].voxel != out.fragments[i - 1].voxel;
@@ -203,16 +221,15 @@ class Voxelizer {
            {scratch.normals.data(), count},
            {scratch.colors.data(), count},
            {scratch.present.data(), count}});
-    const size_t before = scratch.fragments.size();
-    scratch.fragments.resize(before + count);
-    VoxelFragment* to = scratch.fragments.data() + before;
+    VoxelFragment* const first = scratch.room_for(count);
+    VoxelFragment* to = first;
     const VoxelMorton base = VoxelMorton{block} << kPlaceBits;
     for (size_t i = 0; i < count; ++i) {
       *to = {base | morton_of_place(scratch.places[i]), index, scratch.normals[i],
              scratch.colors[i]};
       to += scratch.present[i];
     }
-    scratch.fragments.resize(static_cast<size_t>(to - scratch.fragments.data()));
+    scratch.count += static_cast<size_t>(to - first);
   }
 
   void take_memory(uint64_t bytes) {
@@ -335,6 +352,8 @@ class Voxelizer {
   std::vector<uint32_t> sorted_;      // triangles
   std::vector<BlockOutput> outputs_;  // one a range
   std::vector<BlockBits> inside_;
+  std::mutex mutex_;  // of idle_
+  std::vector<std::unique_ptr<Scratch>> idle_;
   std::atomic<uint64_t> memory_{0};
   std::atomic<bool> out_of_memory_{false};
 };
