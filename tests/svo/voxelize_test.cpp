@@ -96,7 +96,7 @@ TEST(Voxelize, RandomTrianglesAsBruteForceSays) {
 }
 
 TEST(Voxelize, CoordinatesOnFacesAsBruteForceSays) {
-  for (uint32_t seed = 1; seed <= 4; ++seed) {
+  for (uint32_t seed = 1; seed <= 2; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Random random(seed);
     Shape shape;
