@@ -17,6 +17,13 @@ struct NearSheet {
   const Sheet* sheet = nullptr;
   const SheetMasks* masks = nullptr;  // null without solid filling
   uvec3 place{0};                     // of its cell in the grid: 1..8 within the block
+  // For the cells around: the last sheet there that it was joined with.
+  uint32_t joined[27];
+
+  NearSheet(const Sheet& of, const SheetMasks* its_masks, uvec3 at)
+      : sheet(&of), masks(its_masks), place(at) {
+    std::ranges::fill(joined, kNone);
+  }
 };
 
 uint32_t grid_index(uvec3 place) {
@@ -48,19 +55,19 @@ struct AllCommonCorners {
     for (int i = 0; i < 27; ++i) of[i] = common_corners({i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1});
   }
 };
-const CommonCorners& common_corners_of(uvec3 first, uvec3 second) {
-  static const AllCommonCorners all;
-  const uvec3 step = second + 1u - first;
-  return all.of[step.x + 3 * step.y + 9 * step.z];
-}
-bool beside(uvec3 a, uvec3 b) {
-  const uvec3 step = b + 1u - a;  // wraps below 0
-  return step.x <= 2 && step.y <= 2 && step.z <= 2;
+const AllCommonCorners kCommonCorners;
+
+// Which of the cells around the first the second is: an index of AllCommonCorners, or kNone.
+uint32_t step_between(uvec3 first, uvec3 second) {
+  const uvec3 step = second + 1u - first;  // wraps below 0
+  if (step.x > 2 || step.y > 2 || step.z > 2) return kNone;
+  return step.x + 3 * step.y + 9 * step.z;
 }
 
 class CornerJoiner {
  public:
-  CornerJoiner(std::span<const BlockSheets> blocks, size_t block) : blocks_(blocks), own_(block) {}
+  CornerJoiner(std::span<const BlockSheets> blocks, size_t block)
+      : blocks_(blocks), own_(block), keys_(2 * blocks[block].keys.size()) {}
 
   void collect();
   void join_by_vertices();
@@ -72,7 +79,7 @@ class CornerJoiner {
  private:
   void add_sheets(const BlockSheets& block, uint32_t cell, uvec3 place);
   void collect_neighbour(glm::ivec3 step);
-  void add_vertices(const BlockSheets& block, uint32_t sheet, uint32_t index);
+  void add_link(uint32_t vertex, uint32_t sheet);
   void join(uint32_t a, uint32_t b);
   void join_list(uint32_t head);
   uint32_t root(uint32_t node);
@@ -94,19 +101,21 @@ class CornerJoiner {
   std::vector<uint16_t> index_;
 };
 
-void CornerJoiner::add_vertices(const BlockSheets& block, uint32_t sheet, uint32_t index) {
-  for (const uint32_t v : block.vertices_of(sheet)) {
-    const uint32_t number = keys_.number(block.keys[v]);
-    if (number == heads_.size()) heads_.push_back(kNone);
-    links_.push_back({index, heads_[number]});
-    heads_[number] = static_cast<uint32_t>(links_.size() - 1);
-  }
+void CornerJoiner::add_link(uint32_t vertex, uint32_t sheet) {
+  links_.push_back({sheet, heads_[vertex]});
+  heads_[vertex] = static_cast<uint32_t>(links_.size() - 1);
 }
 
 void CornerJoiner::add_sheets(const BlockSheets& block, uint32_t cell, uvec3 place) {
+  const bool own = &block == &blocks_[own_];
   for (uint32_t s = block.first_sheet[cell]; s < block.first_sheet[cell + 1]; ++s) {
-    add_vertices(block, s, static_cast<uint32_t>(sheets_.size()));
-    sheets_.push_back({&block.sheets[s], block.masks.empty() ? nullptr : &block.masks[s], place});
+    const auto index = static_cast<uint32_t>(sheets_.size());
+    for (const uint32_t v : block.vertices_of(s)) {
+      const uint32_t vertex = own ? v : keys_.number(block.keys[v]);
+      if (vertex == heads_.size()) heads_.push_back(kNone);
+      add_link(vertex, index);
+    }
+    sheets_.emplace_back(block.sheets[s], block.masks.empty() ? nullptr : &block.masks[s], place);
   }
 }
 
@@ -132,6 +141,9 @@ void CornerJoiner::collect_neighbour(glm::ivec3 step) {
 
 void CornerJoiner::collect() {
   const BlockSheets& own = blocks_[own_];
+  for (const uint64_t key : own.keys) keys_.number(key);  // each once, in their order
+  heads_.assign(own.keys.size(), kNone);
+  links_.reserve(2 * own.vertices.size());
   for (uint32_t cell = 0; cell < 512; ++cell) add_sheets(own, cell, voxel_of(cell) + 1u);
   own_sheets_ = static_cast<uint32_t>(sheets_.size());
   for (int i = 0; i < 27; ++i) {
@@ -147,7 +159,11 @@ uint32_t CornerJoiner::root(uint32_t node) {
 }
 
 void CornerJoiner::join(uint32_t a, uint32_t b) {
-  const CommonCorners& common = common_corners_of(sheets_[a].place, sheets_[b].place);
+  const uint32_t step = step_between(sheets_[a].place, sheets_[b].place);
+  if (step == kNone || sheets_[a].joined[step] == b) return;
+  sheets_[a].joined[step] = b;
+  sheets_[b].joined[26 - step] = a;
+  const CommonCorners& common = kCommonCorners.of[step];
   for (uint32_t i = 0; i < common.count; ++i) {
     const uint32_t p = root(8 * a + common.of_first[i]), q = root(8 * b + common.of_second[i]);
     if (p != q) parent_[std::max(p, q)] = std::min(p, q);
@@ -165,9 +181,7 @@ void CornerJoiner::join_list(uint32_t head) {
   }
   if (count <= kFew) {
     for (uint32_t i = 0; i < count; ++i) {
-      for (uint32_t j = i + 1; j < count; ++j) {
-        if (beside(sheets_[list[i]].place, sheets_[list[j]].place)) join(list[i], list[j]);
-      }
+      for (uint32_t j = i + 1; j < count; ++j) join(list[i], list[j]);
     }
     return;
   }
