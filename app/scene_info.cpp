@@ -120,10 +120,10 @@ SvoFileParts memory_parts(const Svo& svo) {
   parts.tables = sizeof(SvoNode) * svo.nodes.size() + sizeof(SvoBlock) * svo.blocks.size() +
                  level_bytes(svo.node_level);
   parts.topology = sizeof(SvoCell) * svo.cells.size() + sizeof(uint64_t) * svo.bricks.size();
-  parts.normals = 2 * svo.levels[0].normals.size();
-  parts.colors = 2 * svo.levels[0].colors.size();
-  parts.levels = level_bytes(svo.levels[1]) + level_bytes(svo.levels[2]) +
-                 level_bytes(svo.cell_level);
+  parts.normals = 2 * svo.normals.size();
+  parts.colors = 2 * svo.colors.size() + sizeof(SvoColorEnds) * svo.color_ends.size() +
+                 sizeof(uint32_t) * svo.color_selectors.size();
+  parts.levels = level_bytes(svo.brick_level) + level_bytes(svo.cell_level);
   parts.lattice = svo.bytes() - parts.tables - parts.topology - parts.normals - parts.colors -
                   parts.levels;
   return parts;

@@ -25,7 +25,7 @@ using svo_file::StreamWriter;
 static_assert(std::endian::native == std::endian::little);
 
 constexpr uint32_t kMagic = 0x316f7673;  // "svo1"
-constexpr uint32_t kSkinned = 1, kLevels = 2;
+constexpr uint32_t kSkinned = 1, kColors = 2, kLevels = 4;
 constexpr uint32_t kMostCorners = 1u << 16;  // of a block: cells name them by 16 bits
 
 struct Header {
@@ -69,6 +69,7 @@ uint64_t* part_of(SvoFileParts& parts, Part part) {
 
 struct PackedPage {
   std::vector<uint8_t> bytes;
+  uint32_t unpacked = 0;
   SvoFileParts parts;
 };
 
@@ -77,6 +78,7 @@ PackedPage pack_page(const Svo& svo, uint32_t block, const PageFormat& format, i
   write_page(svo, block, format, page);
   PackedPage result;
   Packed packed = pack(page.bytes(), page.ends(), effort);
+  result.unpacked = static_cast<uint32_t>(page.bytes().size());
   size_t begin = 0;
   for (size_t i = 0; i < page.ends().size(); ++i) {
     *part_of(result.parts, page.parts()[i]) += packed.ends[i] - begin;
@@ -129,6 +131,7 @@ void write_blocks(const Svo& svo, std::span<const PackedPage> pages, StreamWrite
   for (size_t k = 0; k < kCounts; ++k) {
     out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return counts[i][k]; });
   }
+  out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].unpacked; });
   out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].bytes.size(); });
   out.add<uint64_t>(Part::tables, pages.size(), [&](size_t i) { return checksum(pages[i].bytes); });
 }
@@ -172,7 +175,8 @@ EncodedSvo encode(const Svo& svo, const PageFormat& format, int effort) {
   const StreamWriter head = write_head(svo, pages, result.parts);
   const Packed packed = pack(head.bytes(), head.ends(), effort);
   Header header;
-  header.flags = (format.skinned ? kSkinned : 0) | (format.levels ? kLevels : 0);
+  header.flags = (format.skinned ? kSkinned : 0) | (format.colors ? kColors : 0) |
+                 (format.levels ? kLevels : 0);
   header.head_unpacked = head.bytes().size();
   header.head_packed = packed.bytes.size();
   header.head_checksum = checksum(packed.bytes);
@@ -200,7 +204,7 @@ Result<Header> read_header(std::span<const uint8_t> bytes) {
   if (header.checksum != checksum_of(header)) {
     return damaged("its octree is damaged: the header's checksum does not fit");
   }
-  if (header.flags > (kSkinned | kLevels)) return damaged("its octree has unknown flags");
+  if (header.flags > (kSkinned | kColors | kLevels)) return damaged("its octree has unknown flags");
   if (header.size != bytes.size()) {
     return damaged("its octree has " + std::to_string(bytes.size()) + " bytes, not " +
                    std::to_string(header.size));
@@ -226,6 +230,21 @@ Result<std::vector<uint8_t>> unpack_checked(std::span<const uint8_t> packed, uin
   return bytes;
 }
 
+void resize(SvoLevel& level, size_t count) {
+  level.normals.resize(count);
+  level.colors.resize(count);
+  level.spreads.resize(count);
+}
+
+// Of SvoColorEnds' selectors.
+uint64_t words_of(uint32_t voxels) {
+  return (uint64_t{voxels} + 15) / 16;
+}
+
+PageFormat format_of(const SvoIndex& index) {
+  return {index.skinned, index.colors, index.levels};
+}
+
 bool read_nodes(StreamReader& in, size_t count, Svo& svo) {
   const std::vector<uint8_t> levels = in.take<uint8_t>(count);
   const std::vector<uint16_t> counts = in.take<uint16_t>(count);
@@ -238,9 +257,7 @@ bool read_nodes(StreamReader& in, size_t count, Svo& svo) {
     first.add(node);
     svo.nodes.push_back(node);
   }
-  svo.node_level.normals.resize(count);
-  svo.node_level.colors.resize(count);
-  svo.node_level.spreads.resize(count);
+  resize(svo.node_level, count);
   return read_level(in, 0, count, svo.node_level);
 }
 
@@ -255,14 +272,10 @@ bool advance(const SvoBlock& from, const Counts& counts, SvoBlock& to) {
   add(from.first_cell, counts.cells, to.first_cell);
   add(from.first_corner, counts.corners, to.first_corner);
   add(from.first_brick, counts.bricks, to.first_brick);
-  for (int level = 0; level < 3; ++level) {
-    add(from.first_voxel[level], counts.voxels[level], to.first_voxel[level]);
-  }
+  add(from.first_voxel, counts.voxels, to.first_voxel);
   add(from.first_joint, counts.joints, to.first_joint);
   add(from.first_target, counts.targets, to.first_target);
-  // Voxels of level 1 lie above those of level 0, and so on.
-  return fits && counts.corners <= kMostCorners && counts.voxels[1] <= counts.voxels[0] &&
-         counts.voxels[2] == counts.bricks && counts.bricks <= counts.voxels[1];
+  return fits && counts.corners <= kMostCorners;
 }
 
 uint64_t deltas_of(const Svo& svo) {
@@ -282,6 +295,7 @@ Result<void> read_blocks(StreamReader& in, size_t entries, uint64_t first_page, 
   std::array<std::vector<uint32_t>, kCounts> counts;
   for (auto& plane : places) plane = in.take<uint16_t>(count);
   for (auto& plane : counts) plane = in.take<uint32_t>(count);
+  const std::vector<uint32_t> unpacked = in.take<uint32_t>(count);
   const std::vector<uint32_t> packed = in.take<uint32_t>(count);
   const std::vector<uint64_t> checksums = in.take<uint64_t>(count);
   if (!in.ok()) return damaged("its octree's head ends too soon");
@@ -298,10 +312,13 @@ Result<void> read_blocks(StreamReader& in, size_t entries, uint64_t first_page, 
     const Counts own = std::bit_cast<Counts>(numbers);
     if (!advance(blocks[i], own, blocks[i + 1])) return damaged("a block has impossible sizes");
     // So sizes claim no memory without bytes.
-    const uint64_t unpacked = page_size(own, {out.skinned, out.levels});
-    if (unpacked > most_unpacked(packed[i])) return damaged("a block is larger than its page");
+    const uint64_t least = page_size(own, format_of(out));
+    if (unpacked[i] > most_unpacked(packed[i]) || unpacked[i] < least + own.bricks ||
+        unpacked[i] > least + uint64_t{8} * own.bricks) {
+      return damaged("a block is larger than its page");
+    }
     if (packed[i] > size - first_page) return damaged("its octree ends too soon");
-    out.pages.push_back({first_page, unpacked, packed[i], checksums[i]});
+    out.pages.push_back({first_page, unpacked[i], packed[i], checksums[i]});
     first_page += packed[i];
   }
   if (first_page != size) return damaged("its octree has bytes after its end");
@@ -317,9 +334,14 @@ uint64_t memory_of(const SvoIndex& index) {
   const Svo& svo = index.svo;
   if (svo.blocks.empty()) return svo.bytes();
   const SvoBlock& end = svo.blocks.back();
-  uint64_t sum = svo.bytes() + uint64_t{end.first_cell} * (sizeof(SvoCell) + 5);
-  sum += uint64_t{end.first_brick} * 8 + uint64_t{end.first_voxel[0]} * 4;
-  sum += uint64_t{5} * end.first_voxel[1] + uint64_t{5} * end.first_voxel[2];
+  constexpr uint64_t kLevel = 5;  // of an entry
+  uint64_t sum = svo.bytes() + uint64_t{end.first_cell} * (sizeof(SvoCell) + kLevel);
+  sum += uint64_t{end.first_brick} * (sizeof(uint64_t) + kLevel) + uint64_t{2} * end.first_voxel;
+  if (index.colors) {
+    sum += uint64_t{2} * end.first_voxel;
+  } else {
+    sum += sizeof(SvoColorEnds) * uint64_t{end.first_brick} + 4 * words_of(end.first_voxel);
+  }
   sum += uint64_t{end.first_corner} * (index.skinned ? 14 : 2) + uint64_t{end.first_joint} * 2;
   return sum + uint64_t{end.first_target} * sizeof(SvoTarget) + deltas_of(svo) * 6;
 }
@@ -334,6 +356,7 @@ Result<SvoIndex> read_head(std::span<const uint8_t> head, const Header& header) 
   const auto numbers = std::bit_cast<HeadNumbers>(array);
   SvoIndex out;
   out.skinned = (header.flags & kSkinned) != 0;
+  out.colors = (header.flags & kColors) != 0;
   out.levels = (header.flags & kLevels) != 0;
   const uint64_t first_page = sizeof(Header) + header.head_packed;
   out.parts.tables = first_page;
@@ -384,6 +407,9 @@ Result<Svo> decode(std::span<const uint8_t> bytes, uint64_t limit) {
     }
   });
   for (const Result<void>& result : results) SINEW_CHECKED(result);
+  parallel_for(results.size(), 1, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) fill_levels(index, static_cast<uint32_t>(i), svo);
+  });
   return svo;
 }
 
@@ -399,9 +425,12 @@ void SvoFileParts::add(const SvoFileParts& other) {
 }
 
 bool is_same(const Svo& a, const Svo& b) {
-  bool levels = same(a.cell_level, b.cell_level) && same(a.node_level, b.node_level);
-  for (int level = 0; level < 3; ++level) levels = levels && same(a.levels[level], b.levels[level]);
-  return levels && a.name == b.name && a.grid.origin == b.grid.origin &&
+  const bool looks = same(a.normals, b.normals) && same(a.colors, b.colors) &&
+                     same(a.color_ends, b.color_ends) &&
+                     same(a.color_selectors, b.color_selectors) &&
+                     same(a.brick_level, b.brick_level) && same(a.cell_level, b.cell_level) &&
+                     same(a.node_level, b.node_level);
+  return looks && a.name == b.name && a.grid.origin == b.grid.origin &&
          a.grid.voxel == b.grid.voxel && a.grid.resolution == b.grid.resolution &&
          a.joints == b.joints && a.morph_targets == b.morph_targets &&
          a.root_level == b.root_level && same(a.morph_weights, b.morph_weights) &&
@@ -418,7 +447,8 @@ Result<EncodedSvo> encode_svo(const Svo& svo, int effort) {
     return fail({ErrorKind::bad_input, svo.name, "", problem, "correct the octree"});
   }
   for (const bool levels : {false, true}) {
-    EncodedSvo encoded = encode(svo, {!svo.corner_joints.empty(), levels}, effort);
+    EncodedSvo encoded =
+        encode(svo, {!svo.corner_joints.empty(), !svo.colors.empty(), levels}, effort);
     SINEW_TRY(const Svo again, decode(encoded.bytes, kNoLimit));
     if (is_same(svo, again)) return encoded;
   }
@@ -447,14 +477,15 @@ void allocate_pages(SvoIndex& index) {
   const SvoBlock& end = svo.blocks.back();
   svo.cells.resize(end.first_cell);
   svo.bricks.resize(end.first_brick);
-  for (int level = 0; level < 3; ++level) {
-    svo.levels[level].normals.resize(end.first_voxel[level]);
-    svo.levels[level].colors.resize(end.first_voxel[level]);
-    if (level > 0) svo.levels[level].spreads.resize(end.first_voxel[level]);
+  svo.normals.resize(end.first_voxel);
+  if (index.colors) {
+    svo.colors.resize(end.first_voxel);
+  } else {
+    svo.color_ends.resize(end.first_brick);
+    svo.color_selectors.resize(words_of(end.first_voxel));
   }
-  svo.cell_level.normals.resize(end.first_cell);
-  svo.cell_level.colors.resize(end.first_cell);
-  svo.cell_level.spreads.resize(end.first_cell);
+  resize(svo.brick_level, end.first_brick);
+  resize(svo.cell_level, end.first_cell);
   svo.corner_places.resize(end.first_corner);
   if (index.skinned) {
     svo.corner_joints.resize(end.first_corner);
@@ -479,11 +510,14 @@ Result<void> decode_svo_page(const SvoIndex& index, std::span<const uint8_t> byt
   SINEW_TRY(const std::vector<uint8_t> unpacked,
             unpack_checked(bytes.subspan(page.offset, page.packed), page.unpacked, page.checksum,
                            kNoLimit));
-  if (!read_page(unpacked, block, {index.skinned, index.levels}, svo)) {
+  if (!read_page(unpacked, block, format_of(index), svo)) {
     return damaged("the page of block " + std::to_string(block) + " is damaged");
   }
-  if (!index.levels) filter_levels(svo, block);
   return {};
+}
+
+void fill_levels(const SvoIndex& index, uint32_t block, Svo& svo) {
+  if (!index.levels) filter_levels(svo, block);
 }
 
 Result<Svo> decode_svo(std::span<const uint8_t> bytes, uint64_t limit) {
