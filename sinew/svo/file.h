@@ -3,7 +3,8 @@
 //
 //   offset  bytes  little endian
 //        0      4  "svo1"
-//        4      4  flags: 1 corners have joints, 2 voxels have colours of their own, 4 levels 2 and 3
+//        4      4  flags: 1 corners have joints, 2 voxels have colours of their own, 4 levels 2 and
+//        3
 //                  are stored
 //        8      8  size of the whole
 //       16      8  size of the head unpacked
@@ -79,8 +80,8 @@ void allocate_pages(SvoIndex& index);
 Result<void> decode_svo_page(const SvoIndex& index, std::span<const uint8_t> bytes, uint32_t block,
                              Svo& svo);
 
-// Fills levels 2 and 3 of a block that is decoded, where the file leaves them out. To be called when
-// no page is being decoded, for different blocks by different threads.
+// Fills levels 2 and 3 of a block that is decoded, where the file leaves them out. To be called
+// when no page is being decoded, for different blocks by different threads.
 void fill_levels(const SvoIndex& index, uint32_t block, Svo& svo);
 
 // The whole octree, valid. An error if a single bit differs from what encode_svo() gave.

@@ -155,12 +155,11 @@ void write_page(const Svo& svo, uint32_t block, const PageFormat& format, Stream
   write_lattice(svo, block, format, out);
 }
 
-bool read_page(std::span<const uint8_t> bytes, uint32_t block, const PageFormat& format,
-               Svo& svo) {
+bool read_page(std::span<const uint8_t> bytes, uint32_t block, const PageFormat& format, Svo& svo) {
   StreamReader in(bytes);
   return read_topology(in, block, svo) && read_voxels(in, block, format, svo) &&
-         (!format.levels || read_levels(in, block, svo)) &&
-         read_lattice(in, block, format, svo) && in.at_end();
+         (!format.levels || read_levels(in, block, svo)) && read_lattice(in, block, format, svo) &&
+         in.at_end();
 }
 
 }  // namespace sinew::svo_file

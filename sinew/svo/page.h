@@ -6,7 +6,8 @@
 //   voxels    normals against the mean of those neighbours in the cell that come earlier; colours
 //             likewise, or the ends of a brick's colours against those before, and the selectors
 //   levels    2 and 3, unless they follow from the voxels (see svo/file.h)
-//   lattice   corner: place; which of the corners at its place a cell has; joints and weights against
+//   lattice   corner: place; which of the corners at its place a cell has; joints and weights
+//   against
 //             a neighbour's; the palette; targets and their deltas
 #pragma once
 
@@ -40,8 +41,8 @@ uint64_t page_size(const Counts& counts, const PageFormat& format);
 void write_page(const Svo& svo, uint32_t block, const PageFormat& format, StreamWriter& out);
 
 // Fills the block's part of the arrays, which have their sizes; the block and the one after it are
-// set, selectors of colours are 0. False if the bytes do not make a block of these sizes. Levels that
-// are not stored are left.
+// set, selectors of colours are 0. False if the bytes do not make a block of these sizes. Levels
+// that are not stored are left.
 bool read_page(std::span<const uint8_t> bytes, uint32_t block, const PageFormat& format, Svo& svo);
 
 // The block's normals and colours of voxels, and its levels (page_voxels.cpp). Reading needs the

@@ -67,12 +67,11 @@ class Guesser {
     for (int z = -1; z <= 1; ++z) {
       for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x) {
+          if (x >= 0 && y >= 0 && z >= 0) continue;  // never comes earlier
           const int away = std::abs(x) + std::abs(y) + std::abs(z);
-          if (away == 0) continue;
-          neighbors_[next++] = {kStep[0] * x + kStep[1] * y + kStep[2] * z,
-                                away == 1   ? 4
-                                : away == 2 ? 2
-                                            : 1};
+          neighbors_[next++] = {kStep[0] * x + kStep[1] * y + kStep[2] * z, away == 1   ? 4
+                                                                            : away == 2 ? 2
+                                                                                        : 1};
         }
       }
     }
@@ -110,7 +109,7 @@ class Guesser {
 
  private:
   static constexpr int kStep[3] = {1, 10, 100};
-  std::array<Neighbor, 26> neighbors_;
+  std::array<Neighbor, 19> neighbors_;
   std::array<uint8_t, 1000> known_{};
   std::array<Values, 1000> grid_;
   Values last_ = kFirstGuess;
@@ -128,9 +127,9 @@ void for_each_voxel(const Svo& svo, uint32_t block, const Start& start, const Vi
       const auto slot = static_cast<uint32_t>(std::countr_zero(slots));
       for (uint64_t bits = *brick++; bits != 0; bits &= bits - 1) {
         const auto bit = static_cast<uint32_t>(std::countr_zero(bits));
-        visit(index++, Guesser::index_of(4 * (slot & 1) + (bit & 3),
-                                         4 * (slot >> 1 & 1) + (bit >> 2 & 3),
-                                         4 * (slot >> 2) + (bit >> 4)));
+        visit(index++,
+              Guesser::index_of(4 * (slot & 1) + (bit & 3), 4 * (slot >> 1 & 1) + (bit >> 2 & 3),
+                                4 * (slot >> 2) + (bit >> 4)));
       }
     }
   }

@@ -2,9 +2,10 @@
 // byte says what the others are:
 //
 //   0  an encoded octree before it was packed and summed:
-//      flags (1) | head (2, then so many bytes, without pages' sizes and sums) | page (the same) ...
-//   1  the scene of a file with two octrees, as its GLB's parts: as in gltf.cpp after its first byte
-//   S  ("sinewsvo") a whole file
+//      flags (1) | head (2, then so many bytes, without pages' sizes and sums) | page (the same)
+//      ...
+//   1  the scene of a file with two octrees, as its GLB's parts: as in gltf.cpp after its first
+//   byte S  ("sinewsvo") a whole file
 #include "sinew/io/svo/svo.h"
 
 #include <algorithm>
@@ -50,8 +51,8 @@ void check_octree(std::span<const uint8_t> input) {
 void check_scene_around(std::string_view parts) {
   static const std::vector<Svo> octrees = {test::moving_octree(9, 30, 4),
                                            test::plain_octree(7, 20, 1, 3)};
-  Result<Scene> scene = gltf::decode_glb(fuzz::make_glb(parts), fuzz::kFolder + "a.svo", octrees,
-                                         fuzz::kLimited);
+  Result<Scene> scene =
+      gltf::decode_glb(fuzz::make_glb(parts), fuzz::kFolder + "a.svo", octrees, fuzz::kLimited);
   fuzz::check_error(scene);
   if (!scene) return;
   // What a file lacks is load()'s to find: materials, and skins of octrees with joints.

@@ -41,10 +41,18 @@ Scene voxel_scene() {
   scene.meshes[0].parts[0].material = 3;
   scene.meshes[0].texcoords[0] = {{0, 0}, {1, 0}, {0, 1}};
 
-  scene.nodes = {node(-1, {1, 2, 3}), node(0), node(1, {0, 1, 0}), node(2, {0, 0.5f, 0}),
-                 node(2), node(1), node(0, {5, 0, 0}), node(6, {0, 3, 0}), node(-1), node(-1)};
-  const char* const names[] = {"root", "hip", "spine", "head", "arm", "leg", "pillar", "capital",
-                               "body", "triangle"};
+  scene.nodes = {node(-1, {1, 2, 3}),
+                 node(0),
+                 node(1, {0, 1, 0}),
+                 node(2, {0, 0.5f, 0}),
+                 node(2),
+                 node(1),
+                 node(0, {5, 0, 0}),
+                 node(6, {0, 3, 0}),
+                 node(-1),
+                 node(-1)};
+  const char* const names[] = {"root", "hip",    "spine",   "head", "arm",
+                               "leg",  "pillar", "capital", "body", "triangle"};
   for (size_t i = 0; i < scene.nodes.size(); ++i) scene.nodes[i].name = names[i];
   scene.nodes[0].rotation = normalize(quat(0.9f, 0.1f, 0.3f, 0.2f));
   scene.nodes[6].octree = scene.nodes[7].octree = 1;
@@ -56,7 +64,8 @@ Scene voxel_scene() {
   scene.nodes[0].camera = 0;
   scene.nodes[4].light = 0;
   scene.skins = {{"bones", {1, 2, 3, 4, 5}, std::vector<Affine>(5, identity_affine())}};
-  for (size_t j = 0; j < 5; ++j) scene.skins[0].inverse_bind[j][3] = vec3(0.1f * float(j), -1, 0.3f);
+  for (size_t j = 0; j < 5; ++j)
+    scene.skins[0].inverse_bind[j][3] = vec3(0.1f * float(j), -1, 0.3f);
   scene.cameras.resize(1);
   scene.lights.resize(1);
   scene.lights[0].type = LightType::point;
@@ -140,7 +149,8 @@ TEST(Svo, ComesBackWithItsScene) {
   ASSERT_EQ(again.clips.size(), 2u);
   EXPECT_EQ(again.clips[0].name, "walk");
   for (const int clip : {kRestPose, 0, 1}) {
-    for (const double time : {0.0, 0.3, 0.75, 1.0, 1.9}) expect_same_poses(scene, again, clip, time);
+    for (const double time : {0.0, 0.3, 0.75, 1.0, 1.9})
+      expect_same_poses(scene, again, clip, time);
   }
 }
 

@@ -51,15 +51,15 @@ inline std::string vox_transform(int32_t id, int32_t child, const VoxEntries& at
   return vox_chunk("nTRN", content);
 }
 inline std::string vox_group(int32_t id, const std::vector<int32_t>& children) {
-  std::string content = vox_number(id) + vox_dictionary({}) +
-                        vox_number(static_cast<int32_t>(children.size()));
+  std::string content =
+      vox_number(id) + vox_dictionary({}) + vox_number(static_cast<int32_t>(children.size()));
   for (const int32_t child : children) content += vox_number(child);
   return vox_chunk("nGRP", content);
 }
 inline std::string vox_shape(int32_t id,
                              const std::vector<std::pair<int32_t, VoxEntries>>& models) {
-  std::string content = vox_number(id) + vox_dictionary({}) +
-                        vox_number(static_cast<int32_t>(models.size()));
+  std::string content =
+      vox_number(id) + vox_dictionary({}) + vox_number(static_cast<int32_t>(models.size()));
   for (const auto& [model, attributes] : models) {
     content += vox_number(model) + vox_dictionary(attributes);
   }

@@ -19,7 +19,8 @@ namespace {
 using namespace test;
 
 Result<Scene> parse(const std::string& bytes, const LoadOptions& options = {}) {
-  return parse_vox({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, "a.vox", options);
+  return parse_vox({reinterpret_cast<const uint8_t*>(bytes.data()), bytes.size()}, "a.vox",
+                   options);
 }
 
 // Middles of all voxels that are shown at the time, in the world, in file voxels; with colours.
@@ -60,7 +61,8 @@ glm::ivec3 middle(int x, int y, int z) {
 }
 
 TEST(Vox, OneModelStandsOnTheGround) {
-  const Result<Scene> scene = parse(vox_file(vox_model(3, 5, 4, {{0, 0, 0, 1}, {2, 4, 3, 2}}), 150));
+  const Result<Scene> scene =
+      parse(vox_file(vox_model(3, 5, 4, {{0, 0, 0, 1}, {2, 4, 3, 2}}), 150));
   ASSERT_TRUE(scene) << scene.error().message();
   ASSERT_EQ(validate(*scene), "");
   ASSERT_EQ(scene->octrees.size(), 1u);
@@ -93,8 +95,8 @@ TEST(Vox, PlacesModels) {
       vox_shape(5, {{0, {}}}) +
       // z mirrored
       vox_transform(6, 7, {}, {{{"_r", std::to_string(0 | 1 << 2 | 1 << 6)}, {"_t", "-5 0 0"}}}) +
-      vox_shape(7, {{0, {}}}) +
-      vox_transform(8, 9, {{"_hidden", "1"}}, {{}}) + vox_shape(9, {{0, {}}});
+      vox_shape(7, {{0, {}}}) + vox_transform(8, 9, {{"_hidden", "1"}}, {{}}) +
+      vox_shape(9, {{0, {}}});
   const Result<Scene> scene = parse(vox_file(models + graph));
   ASSERT_TRUE(scene) << scene.error().message();
   ASSERT_EQ(validate(*scene), "");
@@ -102,8 +104,10 @@ TEST(Vox, PlacesModels) {
   EXPECT_EQ(scene->voxels.size(), 4u);
   std::vector<glm::ivec3> expected = {middle(9, 19, 29), middle(10, 19, 29), middle(9, 19, 30)};
   // Corner (x, y) of [-1, 1]^2 goes to (-y, x).
-  for (const auto& v : {middle(0, -1, -1), middle(0, 0, -1), middle(0, -1, 0)}) expected.push_back(v);
-  for (const auto& v : {middle(-6, -1, 0), middle(-5, -1, 0), middle(-6, -1, -1)}) expected.push_back(v);
+  for (const auto& v : {middle(0, -1, -1), middle(0, 0, -1), middle(0, -1, 0)})
+    expected.push_back(v);
+  for (const auto& v : {middle(-6, -1, 0), middle(-5, -1, 0), middle(-6, -1, -1)})
+    expected.push_back(v);
   std::vector<glm::ivec3> found = places(shown(*scene, 0.0));
   const auto less = [](const glm::ivec3& a, const glm::ivec3& b) {
     return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z};
@@ -136,10 +140,10 @@ TEST(Vox, FramesBecomeAClip) {
 }
 
 TEST(Vox, ModelsWithoutASceneAreFrames) {
-  const Result<Scene> scene = parse(vox_file(
-      vox_chunk("PACK", vox_number(2)) + vox_model(2, 2, 2, {{0, 0, 0, 1}}) +
-          vox_model(2, 2, 2, {{1, 1, 1, 1}}),
-      150));
+  const Result<Scene> scene =
+      parse(vox_file(vox_chunk("PACK", vox_number(2)) + vox_model(2, 2, 2, {{0, 0, 0, 1}}) +
+                         vox_model(2, 2, 2, {{1, 1, 1, 1}}),
+                     150));
   ASSERT_TRUE(scene) << scene.error().message();
   ASSERT_EQ(scene->clips.size(), 1u);
   EXPECT_EQ(places(shown(*scene, 0.0)), std::vector{middle(-1, -1, 0)});
@@ -147,11 +151,11 @@ TEST(Vox, ModelsWithoutASceneAreFrames) {
 }
 
 TEST(Vox, Materials) {
-  const std::string file = vox_file(
-      vox_model(4, 1, 1, {{0, 0, 0, 1}, {1, 0, 0, 2}, {2, 0, 0, 3}, {3, 0, 0, 4}}) +
-      vox_material(2, {{"_type", "_metal"}, {"_metal", "0.75"}, {"_rough", "0.25"}}) +
-      vox_material(3, {{"_type", "_emit"}, {"_emit", "0.5"}, {"_flux", "1"}}) +
-      vox_material(4, {{"_type", "_glass"}}) + vox_material(9, {{"_type", "_metal"}}));
+  const std::string file =
+      vox_file(vox_model(4, 1, 1, {{0, 0, 0, 1}, {1, 0, 0, 2}, {2, 0, 0, 3}, {3, 0, 0, 4}}) +
+               vox_material(2, {{"_type", "_metal"}, {"_metal", "0.75"}, {"_rough", "0.25"}}) +
+               vox_material(3, {{"_type", "_emit"}, {"_emit", "0.5"}, {"_flux", "1"}}) +
+               vox_material(4, {{"_type", "_glass"}}) + vox_material(9, {{"_type", "_metal"}}));
   const Result<Scene> scene = parse(file);
   ASSERT_TRUE(scene) << scene.error().message();
   ASSERT_EQ(scene->materials.size(), 3u);  // glass is as the plain one, colour 9 is nowhere

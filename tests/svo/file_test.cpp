@@ -57,9 +57,9 @@ TEST(SvoFile, PartsSumToTheWhole) {
   const Result<EncodedSvo> result = encode_svo(svo, kEffort);
   ASSERT_TRUE(result);
   for (const SvoFileParts& parts : {result->parts, *parts_of_svo(result->bytes, kLimit)}) {
-    EXPECT_EQ(parts.tables + parts.topology + parts.normals + parts.colors + parts.levels +
-                  parts.lattice,
-              result->bytes.size());
+    EXPECT_EQ(
+        parts.tables + parts.topology + parts.normals + parts.colors + parts.levels + parts.lattice,
+        result->bytes.size());
     EXPECT_GT(parts.lattice, 0u);
   }
 }
@@ -155,7 +155,8 @@ TEST(SvoFile, PatchedPartsAreRefusedOrValid) {
     test::UnsealedSvo parts = whole;
     for (uint32_t patches = 1 + random.next() % 3; patches > 0; --patches) {
       const bool in_head = random.next() % 2 == 0;
-      std::vector<uint8_t>& bytes = in_head ? parts.head : parts.pages[random.next() % parts.pages.size()];
+      std::vector<uint8_t>& bytes =
+          in_head ? parts.head : parts.pages[random.next() % parts.pages.size()];
       if (in_head && random.next() % 2 == 0) {
         bytes[random.next() % 100] = static_cast<uint8_t>(random.next() >> 24);
       } else {

@@ -57,13 +57,17 @@ inline Svo moving_octree(uint32_t resolution, size_t voxels, uint32_t seed) {
     svo.targets.push_back({target, unit, static_cast<uint32_t>(svo.deltas.size())});
     for (uint32_t i = block.first_corner; i < svo.blocks[b + 1].first_corner; ++i) {
       const vec3 p = corner_rest(svo.grid, block, svo.corner_places[i]);
-      const uint32_t at = hash_u32(static_cast<uint32_t>(static_cast<int32_t>(16.0f * (p.x + 3.0f * p.y + 9.0f * p.z))));
+      const uint32_t at = hash_u32(
+          static_cast<uint32_t>(static_cast<int32_t>(16.0f * (p.x + 3.0f * p.y + 9.0f * p.z))));
       const auto first = static_cast<uint16_t>(30000 + at % 20000);
       const auto second = static_cast<uint16_t>((65535 - first) / 2);
-      svo.corner_joints.push_back({static_cast<uint8_t>(at % 2), static_cast<uint8_t>(2 + at % 3), 0, 0});
+      svo.corner_joints.push_back(
+          {static_cast<uint8_t>(at % 2), static_cast<uint8_t>(2 + at % 3), 0, 0});
       svo.corner_joints.back()[2] = static_cast<uint8_t>(1 - at % 2);
-      svo.corner_weights.push_back({first, second, static_cast<uint16_t>(65535 - first - second), 0});
-      svo.deltas.push_back({static_cast<int16_t>(at & 511), static_cast<int16_t>(-static_cast<int>(at >> 9 & 511)), 7});
+      svo.corner_weights.push_back(
+          {first, second, static_cast<uint16_t>(65535 - first - second), 0});
+      svo.deltas.push_back({static_cast<int16_t>(at & 511),
+                            static_cast<int16_t>(-static_cast<int>(at >> 9 & 511)), 7});
     }
   }
   svo.blocks.back().first_joint = static_cast<uint32_t>(svo.joint_palette.size());

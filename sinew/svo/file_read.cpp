@@ -1,200 +1,17 @@
-#include "sinew/svo/file.h"
-
-#include <bit>
+// Bytes to octrees, and trusting none of them.
+#include <algorithm>
+#include <array>
 #include <cstring>
 #include <limits>
 
 #include "sinew/base/packing.h"
 #include "sinew/base/parallel.h"
+#include "sinew/svo/file_layout.h"
 #include "sinew/svo/levels.h"
-#include "sinew/svo/page.h"
 
 namespace sinew {
+namespace svo_file {
 namespace {
-
-using svo_file::Counts;
-using svo_file::counts_of;
-using svo_file::kCounts;
-using svo_file::page_size;
-using svo_file::PageFormat;
-using svo_file::Part;
-using svo_file::read_page;
-using svo_file::StreamReader;
-using svo_file::StreamWriter;
-
-static_assert(std::endian::native == std::endian::little);
-
-constexpr uint32_t kMagic = 0x316f7673;  // "svo1"
-constexpr uint32_t kSkinned = 1, kColors = 2, kLevels = 4;
-constexpr uint32_t kMostCorners = 1u << 16;  // of a block: cells name them by 16 bits
-
-struct Header {
-  uint32_t magic = kMagic;
-  uint32_t flags = 0;
-  uint64_t size = 0;
-  uint64_t head_unpacked = 0;
-  uint64_t head_packed = 0;
-  uint64_t head_checksum = 0;
-  uint64_t checksum = 0;
-};
-static_assert(sizeof(Header) == 48);
-
-uint64_t checksum_of(const Header& header) {
-  return checksum({reinterpret_cast<const uint8_t*>(&header), offsetof(Header, checksum)});
-}
-
-// What the head begins with.
-struct HeadNumbers {
-  uint32_t name = 0;  // bytes
-  uint32_t origin[3] = {}, voxel = 0;  // bits of floats
-  uint32_t resolution[3] = {};
-  uint32_t joints = 0, morph_targets = 0, morph_weights = 0;
-  uint32_t root_level = 0;
-  uint32_t nodes = 0, blocks = 0;  // entries of Svo::nodes and ::blocks
-};
-constexpr size_t kHeadNumbers = sizeof(HeadNumbers) / sizeof(uint32_t);
-
-tl::unexpected<Error> damaged(std::string problem) {
-  return fail({ErrorKind::bad_input, "", "", std::move(problem), "make the file again"});
-}
-
-constexpr size_t kStoredParts = svo_file::kParts - 1;  // all but Part::tables
-uint64_t* part_of(SvoFileParts& parts, Part part) {
-  uint64_t* const all[] = {&parts.tables, &parts.topology, &parts.normals,
-                           &parts.colors, &parts.levels,   &parts.lattice};
-  return all[static_cast<size_t>(part)];
-}
-
-// ---- writing ----
-
-struct PackedPage {
-  std::vector<uint8_t> bytes;
-  uint32_t unpacked = 0;
-  SvoFileParts parts;
-};
-
-PackedPage pack_page(const Svo& svo, uint32_t block, const PageFormat& format, int effort) {
-  StreamWriter page;
-  write_page(svo, block, format, page);
-  PackedPage result;
-  Packed packed = pack(page.bytes(), page.ends(), effort);
-  result.unpacked = static_cast<uint32_t>(page.bytes().size());
-  size_t begin = 0;
-  for (size_t i = 0; i < page.ends().size(); ++i) {
-    *part_of(result.parts, page.parts()[i]) += packed.ends[i] - begin;
-    begin = packed.ends[i];
-  }
-  result.bytes = std::move(packed.bytes);
-  return result;
-}
-
-// The node or cell that the children of node i begin with, if nothing stands between those of the
-// nodes before it and its own.
-class FirstChild {
- public:
-  uint32_t guess(const SvoNode& node) const {
-    return node.level == kCellLevel + 1 ? next_cell_ : next_node_;
-  }
-  void add(const SvoNode& node) {
-    (node.level == kCellLevel + 1 ? next_cell_ : next_node_) += node.count;
-  }
-
- private:
-  uint32_t next_node_ = 1, next_cell_ = 0;
-};
-
-void write_nodes(const Svo& svo, StreamWriter& out) {
-  const size_t count = svo.nodes.size();
-  out.add<uint8_t>(Part::tables, count, [&](size_t i) { return svo.nodes[i].level; });
-  out.add<uint16_t>(Part::tables, count, [&](size_t i) { return svo.nodes[i].count; });
-  FirstChild first;
-  std::vector<uint32_t> differences;
-  for (const SvoNode& node : svo.nodes) {
-    differences.push_back(node.first - first.guess(node));
-    first.add(node);
-  }
-  out.add(Part::tables, differences);
-  write_level(svo.node_level, 0, count, Part::tables, out);
-}
-
-void write_blocks(const Svo& svo, std::span<const PackedPage> pages, StreamWriter& out) {
-  for (uint16_t SvoBlock::*axis : {&SvoBlock::x, &SvoBlock::y, &SvoBlock::z}) {
-    out.add<uint16_t>(Part::tables, pages.size(), [&](size_t i) {
-      const int before = i == 0 ? 0 : svo.blocks[i - 1].*axis;
-      return svo_file::fold(static_cast<uint16_t>(svo.blocks[i].*axis - before));
-    });
-  }
-  std::vector<std::array<uint32_t, kCounts>> counts;
-  for (uint32_t i = 0; i < pages.size(); ++i) {
-    counts.push_back(std::bit_cast<std::array<uint32_t, kCounts>>(counts_of(svo, i)));
-  }
-  for (size_t k = 0; k < kCounts; ++k) {
-    out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return counts[i][k]; });
-  }
-  out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].unpacked; });
-  out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].bytes.size(); });
-  out.add<uint64_t>(Part::tables, pages.size(), [&](size_t i) { return checksum(pages[i].bytes); });
-}
-
-StreamWriter write_head(const Svo& svo, std::span<const PackedPage> pages, SvoFileParts& parts) {
-  HeadNumbers numbers;
-  numbers.name = static_cast<uint32_t>(svo.name.size());
-  numbers.voxel = std::bit_cast<uint32_t>(svo.grid.voxel);
-  for (int axis = 0; axis < 3; ++axis) {
-    numbers.origin[axis] = std::bit_cast<uint32_t>(svo.grid.origin[axis]);
-    numbers.resolution[axis] = svo.grid.resolution[axis];
-  }
-  numbers.joints = svo.joints;
-  numbers.morph_targets = svo.morph_targets;
-  numbers.morph_weights = static_cast<uint32_t>(svo.morph_weights.size());
-  numbers.root_level = svo.root_level;
-  numbers.nodes = static_cast<uint32_t>(svo.nodes.size());
-  numbers.blocks = static_cast<uint32_t>(svo.blocks.size());
-  const auto words = std::bit_cast<std::array<uint32_t, kHeadNumbers>>(numbers);
-  StreamWriter out;
-  out.add<uint32_t>(Part::tables, words.size(), [&](size_t i) { return words[i]; });
-  out.add<uint64_t>(Part::tables, kStoredParts,
-                    [&](size_t i) { return *part_of(parts, static_cast<Part>(i + 1)); });
-  out.add<uint8_t>(Part::tables, svo.name.size(), [&](size_t i) { return svo.name[i]; });
-  out.add<uint32_t>(Part::tables, svo.morph_weights.size(),
-                    [&](size_t i) { return std::bit_cast<uint32_t>(svo.morph_weights[i]); });
-  write_nodes(svo, out);
-  write_blocks(svo, pages, out);
-  return out;
-}
-
-EncodedSvo encode(const Svo& svo, const PageFormat& format, int effort) {
-  std::vector<PackedPage> pages(svo.block_count());
-  parallel_for(pages.size(), 1, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      pages[i] = pack_page(svo, static_cast<uint32_t>(i), format, effort);
-    }
-  });
-  EncodedSvo result;
-  for (const PackedPage& page : pages) result.parts.add(page.parts);
-  const StreamWriter head = write_head(svo, pages, result.parts);
-  const Packed packed = pack(head.bytes(), head.ends(), effort);
-  Header header;
-  header.flags = (format.skinned ? kSkinned : 0) | (format.colors ? kColors : 0) |
-                 (format.levels ? kLevels : 0);
-  header.head_unpacked = head.bytes().size();
-  header.head_packed = packed.bytes.size();
-  header.head_checksum = checksum(packed.bytes);
-  header.size = sizeof(Header) + packed.bytes.size();
-  result.parts.tables = header.size;
-  for (const PackedPage& page : pages) header.size += page.bytes.size();
-  header.checksum = checksum_of(header);
-  result.bytes.reserve(header.size);
-  result.bytes.resize(sizeof(Header));
-  std::memcpy(result.bytes.data(), &header, sizeof(Header));
-  result.bytes.insert(result.bytes.end(), packed.bytes.begin(), packed.bytes.end());
-  for (const PackedPage& page : pages) {
-    result.bytes.insert(result.bytes.end(), page.bytes.begin(), page.bytes.end());
-  }
-  return result;
-}
-
-// ---- reading ----
 
 Result<Header> read_header(std::span<const uint8_t> bytes) {
   Header header;
@@ -304,7 +121,7 @@ Result<void> read_blocks(StreamReader& in, size_t entries, uint64_t first_page, 
   std::array<uint16_t, 3> place{};
   for (size_t i = 0; i < count; ++i) {
     for (size_t k = 0; k < 3; ++k) {
-      place[k] = static_cast<uint16_t>(place[k] + svo_file::unfold(places[k][i]));
+      place[k] = static_cast<uint16_t>(place[k] + unfold(places[k][i]));
     }
     blocks[i].x = place[0], blocks[i].y = place[1], blocks[i].z = place[2];
     std::array<uint32_t, kCounts> numbers;
@@ -327,7 +144,6 @@ Result<void> read_blocks(StreamReader& in, size_t entries, uint64_t first_page, 
   }
   return {};
 }
-
 
 // Memory of the whole octree, once its pages are read.
 uint64_t memory_of(const SvoIndex& index) {
@@ -386,15 +202,6 @@ Result<SvoIndex> read_head(std::span<const uint8_t> head, const Header& header) 
   return out;
 }
 
-template <class T>
-bool same(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() &&
-         (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0);
-}
-bool same(const SvoLevel& a, const SvoLevel& b) {
-  return same(a.normals, b.normals) && same(a.colors, b.colors) && same(a.spreads, b.spreads);
-}
-
 Result<Svo> decode(std::span<const uint8_t> bytes, uint64_t limit) {
   SINEW_TRY(SvoIndex index, decode_svo_index(bytes, limit));
   allocate_pages(index);
@@ -414,54 +221,14 @@ Result<Svo> decode(std::span<const uint8_t> bytes, uint64_t limit) {
 }
 
 }  // namespace
-
-void SvoFileParts::add(const SvoFileParts& other) {
-  tables += other.tables;
-  topology += other.topology;
-  normals += other.normals;
-  colors += other.colors;
-  levels += other.levels;
-  lattice += other.lattice;
-}
-
-bool is_same(const Svo& a, const Svo& b) {
-  const bool looks = same(a.normals, b.normals) && same(a.colors, b.colors) &&
-                     same(a.color_ends, b.color_ends) &&
-                     same(a.color_selectors, b.color_selectors) &&
-                     same(a.brick_level, b.brick_level) && same(a.cell_level, b.cell_level) &&
-                     same(a.node_level, b.node_level);
-  return looks && a.name == b.name && a.grid.origin == b.grid.origin &&
-         a.grid.voxel == b.grid.voxel && a.grid.resolution == b.grid.resolution &&
-         a.joints == b.joints && a.morph_targets == b.morph_targets &&
-         a.root_level == b.root_level && same(a.morph_weights, b.morph_weights) &&
-         same(a.nodes, b.nodes) && same(a.blocks, b.blocks) && same(a.cells, b.cells) &&
-         same(a.bricks, b.bricks) && same(a.corner_places, b.corner_places) &&
-         same(a.corner_joints, b.corner_joints) && same(a.corner_weights, b.corner_weights) &&
-         same(a.joint_palette, b.joint_palette) && same(a.targets, b.targets) &&
-         same(a.deltas, b.deltas);
-}
-
-Result<EncodedSvo> encode_svo(const Svo& svo, int effort) {
-  constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
-  if (const std::string problem = validate(svo); !problem.empty()) {
-    return fail({ErrorKind::bad_input, svo.name, "", problem, "correct the octree"});
-  }
-  for (const bool levels : {false, true}) {
-    EncodedSvo encoded =
-        encode(svo, {!svo.corner_joints.empty(), !svo.colors.empty(), levels}, effort);
-    SINEW_TRY(const Svo again, decode(encoded.bytes, kNoLimit));
-    if (is_same(svo, again)) return encoded;
-  }
-  return fail({ErrorKind::bad_input, svo.name, "", "its octree is not in the order of the format",
-               "make the octree again"});
-}
+}  // namespace svo_file
 
 Result<SvoIndex> decode_svo_index(std::span<const uint8_t> bytes, uint64_t limit) {
-  SINEW_TRY(const Header header, read_header(bytes));
+  SINEW_TRY(const svo_file::Header header, svo_file::read_header(bytes));
   SINEW_TRY(const std::vector<uint8_t> head,
-            unpack_checked(bytes.subspan(sizeof(Header), header.head_packed),
-                           header.head_unpacked, header.head_checksum, limit));
-  SINEW_TRY(SvoIndex index, read_head(head, header));
+            svo_file::unpack_checked(bytes.subspan(sizeof(svo_file::Header), header.head_packed),
+                                     header.head_unpacked, header.head_checksum, limit));
+  SINEW_TRY(SvoIndex index, svo_file::read_head(head, header));
   if (index.bytes > limit) {
     return fail({ErrorKind::bad_input, "", "",
                  "needs " + std::to_string(index.bytes) + " bytes of memory, but at most " +
@@ -482,10 +249,10 @@ void allocate_pages(SvoIndex& index) {
     svo.colors.resize(end.first_voxel);
   } else {
     svo.color_ends.resize(end.first_brick);
-    svo.color_selectors.resize(words_of(end.first_voxel));
+    svo.color_selectors.resize(svo_file::words_of(end.first_voxel));
   }
-  resize(svo.brick_level, end.first_brick);
-  resize(svo.cell_level, end.first_cell);
+  svo_file::resize(svo.brick_level, end.first_brick);
+  svo_file::resize(svo.cell_level, end.first_cell);
   svo.corner_places.resize(end.first_corner);
   if (index.skinned) {
     svo.corner_joints.resize(end.first_corner);
@@ -493,12 +260,12 @@ void allocate_pages(SvoIndex& index) {
   }
   svo.joint_palette.resize(end.first_joint);
   svo.targets.resize(end.first_target);
-  svo.deltas.resize(deltas_of(svo));
+  svo.deltas.resize(svo_file::deltas_of(svo));
   uint32_t delta = 0;
   for (uint32_t i = 0; i < svo.block_count(); ++i) {
     for (uint32_t t = svo.blocks[i].first_target; t < svo.blocks[i + 1].first_target; ++t) {
       svo.targets[t].first_delta = delta;
-      delta += counts_of(svo, i).corners;
+      delta += svo_file::counts_of(svo, i).corners;
     }
   }
 }
@@ -508,10 +275,10 @@ Result<void> decode_svo_page(const SvoIndex& index, std::span<const uint8_t> byt
   constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
   const SvoPage& page = index.pages[block];
   SINEW_TRY(const std::vector<uint8_t> unpacked,
-            unpack_checked(bytes.subspan(page.offset, page.packed), page.unpacked, page.checksum,
-                           kNoLimit));
-  if (!read_page(unpacked, block, format_of(index), svo)) {
-    return damaged("the page of block " + std::to_string(block) + " is damaged");
+            svo_file::unpack_checked(bytes.subspan(page.offset, page.packed), page.unpacked,
+                                     page.checksum, kNoLimit));
+  if (!svo_file::read_page(unpacked, block, svo_file::format_of(index), svo)) {
+    return svo_file::damaged("the page of block " + std::to_string(block) + " is damaged");
   }
   return {};
 }
@@ -521,9 +288,9 @@ void fill_levels(const SvoIndex& index, uint32_t block, Svo& svo) {
 }
 
 Result<Svo> decode_svo(std::span<const uint8_t> bytes, uint64_t limit) {
-  SINEW_TRY(Svo svo, decode(bytes, limit));
+  SINEW_TRY(Svo svo, svo_file::decode(bytes, limit));
   if (const std::string problem = validate(svo); !problem.empty()) {
-    return damaged("its octree is damaged: " + problem);
+    return svo_file::damaged("its octree is damaged: " + problem);
   }
   return svo;
 }
