@@ -22,7 +22,7 @@ TEST(Packing, BytesComeBack) {
     for (const std::vector<size_t>& ends : {std::vector<size_t>{}, {count / 3, count / 2, count}}) {
       const Packed packed = pack(bytes, ends, 3);
       ASSERT_EQ(packed.ends.size(), ends.size());
-      if (!ends.empty()) EXPECT_EQ(packed.ends.back(), packed.bytes.size());
+      EXPECT_EQ(ends.empty() ? packed.bytes.size() : packed.ends.back(), packed.bytes.size());
       EXPECT_LE(bytes.size(), most_unpacked(packed.bytes.size()));
       std::vector<uint8_t> again(count);
       ASSERT_TRUE(unpack(packed.bytes, again));

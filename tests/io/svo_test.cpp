@@ -204,11 +204,9 @@ TEST(Svo, GltfLeavesOctreesOut) {
   const TemporaryFolder folder;
   const Result<SaveReport> report = save_gltf(voxel_scene(), folder.path("a.glb"));
   ASSERT_TRUE(report) << report.error().message();
-  for (const char* const name : {"'moving'", "'plain'"}) {
-    EXPECT_TRUE(std::ranges::any_of(report->warnings, [&](const std::string& warning) {
-      return warning.find(name) != std::string::npos;
-    })) << name;
-  }
+  EXPECT_TRUE(std::ranges::any_of(report->warnings, [](const std::string& warning) {
+    return warning.starts_with("octree 'moving' and 1 more: left out");
+  }));
   const Result<Scene> again = load(folder.path("a.glb"));
   ASSERT_TRUE(again) << again.error().message();
   EXPECT_TRUE(again->voxels.empty());
