@@ -57,4 +57,8 @@ Result<void> check_save_vox(const std::string& path);
 // The voxels of an octree at rest, sorted: of copies of one place, the first.
 std::vector<PlainVoxel> plain_voxels(const Svo& svo);
 
+// The voxel objects that the scene shows at rest, one frame each. What that leaves out goes to
+// `warnings`.
+std::vector<VoxObject> vox_objects(const Scene& scene, std::vector<std::string>& warnings);
+
 }  // namespace sinew
