@@ -90,6 +90,10 @@ Result<void> read_options(VoxelizeJob& job) {
 }
 
 Result<void> choose_objects(VoxelizeJob& job, const Scene& scene) {
+  if (scene.objects.empty() && !scene.voxels.empty()) {
+    return fail({ErrorKind::usage, job.input, "", "holds voxels already, and no triangles",
+                 "`sinew scene` writes it as .svo or .vox"});
+  }
   job.voxels.keep_meshes = !job.only;
   if (job.objects.empty()) return {};
   SINEW_TRY(const std::vector<uint8_t> nodes, find_objects(scene, job.objects, "--object"));

@@ -58,6 +58,15 @@ TEST(VoxelizeProgram, ClipsBecomeFramesOfVox) {
   EXPECT_EQ(slurp(out).substr(0, 4), "VOX ");
 }
 
+TEST(VoxelizeProgram, VoxelsAreNotVoxelisedAgain) {
+  TemporaryFolder folder;
+  const std::string input = folder.write("box.obj", small_obj()), out = folder.path("box.svo");
+  ASSERT_EQ(run_sinew({"voxelize", input, "-o", out, "--resolution", "8"}).exit_code, 0);
+  const Outcome again = run_sinew({"voxelize", out, "-o", folder.path("again.svo")});
+  EXPECT_EQ(again.exit_code, 2);
+  expect_contains(again.err, "sinew scene");
+}
+
 TEST(VoxelizeProgram, RefusesWithTheRightExitCode) {
   TemporaryFolder folder;
   const std::string out = folder.path("a.svo"), input = folder.write("box.obj", small_obj());
