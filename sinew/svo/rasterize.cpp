@@ -110,9 +110,9 @@ struct Frame {
   const RasterSettings& settings;
   RasterScratch& scratch;
   uint32_t tiles_x = 0, tiles_y = 0;
-  uint32_t chunks = 0;        // of blocks; one more for nodes
+  uint32_t chunks = 0;  // of blocks; one more for nodes
   uint32_t blocks_a_chunk = 1;
-  uint32_t first_node = 0;    // in scratch.cells, behind those of blocks
+  uint32_t first_node = 0;  // in scratch.cells, behind those of blocks
   RasterStats stats;
 
   uint32_t tiles() const { return tiles_x * tiles_y; }
@@ -299,7 +299,8 @@ void list_cells(Frame& frame) {
   std::fill_n(offsets, size, 0u);
   parallel_for(columns, 1, [&](size_t begin, size_t) {
     const uint32_t chunk = static_cast<uint32_t>(begin);
-    for_each_entry(frame, chunk, [&](uint32_t, uint32_t tile) { ++offsets[tile * columns + chunk]; });
+    for_each_entry(frame, chunk,
+                   [&](uint32_t, uint32_t tile) { ++offsets[tile * columns + chunk]; });
   });
   uint32_t sum = 0;
   for (size_t i = 0; i < size; ++i) {

@@ -37,7 +37,8 @@ HWY_INLINE void project_corners(const BlockJob& job, float reach[3]) {
     const V4 z = hn::Mul(mz, hn::Set(d, p.z));
     const V4 point = hn::Add(hn::Add(x, y), hn::Add(z, mt));
     hn::Store(point, d, &job.points[i].x);
-    most = hn::Max(most, hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Add(hn::Abs(z), hn::Abs(mt))));
+    most =
+        hn::Max(most, hn::Add(hn::Add(hn::Abs(x), hn::Abs(y)), hn::Add(hn::Abs(z), hn::Abs(mt))));
     V4 screen = point;
     if (m.perspective) {
       const V4 depth = hn::Broadcast<2>(point);
@@ -50,7 +51,9 @@ HWY_INLINE void project_corners(const BlockJob& job, float reach[3]) {
   for (int i = 0; i < 3; ++i) reach[i] = out[i];
 }
 
-HWY_INLINE V4 length_of(V4 a, V4 b) { return hn::Abs(hn::Sub(a, b)); }
+HWY_INLINE V4 length_of(V4 a, V4 b) {
+  return hn::Abs(hn::Sub(a, b));
+}
 
 // What a cell looks like on the screen, lane 0 for x, 1 for y, 2 for depth.
 struct CellShape {
@@ -88,9 +91,9 @@ HWY_INLINE CellShape shape_of(const ClipPoint* screen, const uint16_t* corner, b
   if (perspective) {
     const V4 inverse = hn::Div(hn::Set(d, 1.0f), hn::Broadcast<2>(out.low));
     const V4 extent = hn::Sub(out.high, out.low);
-    out.half = hn::Mul(hn::MulAdd(sum, hn::Broadcast<2>(out.high),
-                                  hn::Mul(extent, hn::Broadcast<2>(sum))),
-                       inverse);
+    out.half =
+        hn::Mul(hn::MulAdd(sum, hn::Broadcast<2>(out.high), hn::Mul(extent, hn::Broadcast<2>(sum))),
+                inverse);
     out.pad = hn::Mul(hn::MulAdd(farthest, hn::Broadcast<2>(reach), reach), inverse);
   }
   // Beside it, that of `half` itself and of sums with whole pixels.

@@ -49,7 +49,9 @@ struct DenseShape {
 
 // How many pixel centres an interval of this length contains at least; rounding may find one less,
 // or one more if that is exactly the length.
-HWY_INLINE int least_count(float length) { return static_cast<int>(length + 1e-4f); }
+HWY_INLINE int least_count(float length) {
+  return static_cast<int>(length + 1e-4f);
+}
 
 HWY_INLINE bool is_dense(const RasterCell& cell, DenseShape& shape) {
   shape.columns = least_count(2.0f * std::min(cell.half_x, 100.0f));
@@ -93,20 +95,21 @@ HWY_INLINE void note_voxels(const RasterCell& cell, const DenseShape& shape, con
     // 0 or 1 more than what all cover.
     const Vf more_x = hn::Min(
         hn::Max(hn::Sub(hn::Sub(hn::Floor(hn::Add(v.x, wide)), x0), less_columns), zero), one);
-    const Vf more_y = hn::Min(
-        hn::Max(hn::Sub(hn::Sub(hn::Floor(hn::Add(v.y, high)), y0), less_rows), zero), one);
+    const Vf more_y =
+        hn::Min(hn::Max(hn::Sub(hn::Sub(hn::Floor(hn::Add(v.y, high)), y0), less_rows), zero), one);
     Vf at = hn::MulAdd(y0, hn::Set(d, static_cast<float>(kDenseSide)), x0);
     at = hn::MulAdd(more_x, hn::Set(d, static_cast<float>(DensePlanes::kPlane)), at);
-    at = hn::MulAdd(more_y,
-                    hn::Set(d, static_cast<float>(kDenseClasses * DensePlanes::kPlane)), at);
+    at =
+        hn::MulAdd(more_y, hn::Set(d, static_cast<float>(kDenseClasses * DensePlanes::kPlane)), at);
     Vu noted;
     if (kKeys) {
-      const Vf steps = hn::Mul(hn::Sub(v.depth, hn::Set(d, scale.near)), hn::Set(d, scale.to_steps));
+      const Vf steps =
+          hn::Mul(hn::Sub(v.depth, hn::Set(d, scale.near)), hn::Set(d, scale.to_steps));
       const Vf kept = hn::Min(hn::Max(steps, zero), hn::Set(d, DepthScale::kSteps));
       noted = hn::Or(hn::ShiftLeft<9>(hn::BitCast(du, hn::ConvertTo(di, kept))), v.spot);
     } else {
-      noted = hn::BitCast(du, hn::Min(hn::Max(v.depth, hn::Set(d, cell.near_depth)),
-                                      hn::Set(d, cell.far_depth)));
+      noted = hn::BitCast(
+          du, hn::Min(hn::Max(v.depth, hn::Set(d, cell.near_depth)), hn::Set(d, cell.far_depth)));
     }
     alignas(64) int32_t place[16];
     alignas(64) uint32_t value[16];
@@ -145,16 +148,15 @@ HWY_INLINE void lay_row(const DenseTarget& to, int column, int row, Vu noted, Ti
   const Du du;
   const Vu pixel = hn::Add(hn::Iota(du, static_cast<uint32_t>(0)),
                            hn::Set(du, static_cast<uint32_t>(to.x + column)));
-  const auto inside = hn::And(hn::Lt(pixel, hn::Set(du, to.tile_width)),
-                              hn::Ne(noted, hn::Set(du, kEmpty)));
+  const auto inside =
+      hn::And(hn::Lt(pixel, hn::Set(du, to.tile_width)), hn::Ne(noted, hn::Set(du, kEmpty)));
   const int at = (to.y + row) * static_cast<int>(kTileSide) + to.x + column;
   if (!kKeys) {
     put<false>(planes, at, hn::RebindMask(d, inside), hn::BitCast(d, noted), noted);
     return;
   }
   const Vf steps = hn::ConvertTo(d, hn::BitCast(di, hn::ShiftRight<9>(noted)));
-  const Vf depth =
-      hn::MulAdd(steps, hn::Set(d, to.scale.from_steps), hn::Set(d, to.scale.near));
+  const Vf depth = hn::MulAdd(steps, hn::Set(d, to.scale.from_steps), hn::Set(d, to.scale.near));
   const Vu id = hn::Add(hn::Set(du, to.id), hn::And(noted, hn::Set(du, 511u)));
   put<true>(planes, at, hn::RebindMask(d, inside), depth, id);
 }
@@ -208,15 +210,24 @@ HWY_INLINE void draw_dense(const TileJob& job, const RasterCell& cell, const Den
                        job.height,
                        depth_scale(cell)};
   switch (shape.columns * 3 + shape.rows) {
-    case 0: return lay_cell<kKeys, 0, 0>(shape, to, dense, planes);
-    case 1: return lay_cell<kKeys, 0, 1>(shape, to, dense, planes);
-    case 2: return lay_cell<kKeys, 0, 2>(shape, to, dense, planes);
-    case 3: return lay_cell<kKeys, 1, 0>(shape, to, dense, planes);
-    case 4: return lay_cell<kKeys, 1, 1>(shape, to, dense, planes);
-    case 5: return lay_cell<kKeys, 1, 2>(shape, to, dense, planes);
-    case 6: return lay_cell<kKeys, 2, 0>(shape, to, dense, planes);
-    case 7: return lay_cell<kKeys, 2, 1>(shape, to, dense, planes);
-    default: return lay_cell<kKeys, 2, 2>(shape, to, dense, planes);
+    case 0:
+      return lay_cell<kKeys, 0, 0>(shape, to, dense, planes);
+    case 1:
+      return lay_cell<kKeys, 0, 1>(shape, to, dense, planes);
+    case 2:
+      return lay_cell<kKeys, 0, 2>(shape, to, dense, planes);
+    case 3:
+      return lay_cell<kKeys, 1, 0>(shape, to, dense, planes);
+    case 4:
+      return lay_cell<kKeys, 1, 1>(shape, to, dense, planes);
+    case 5:
+      return lay_cell<kKeys, 1, 2>(shape, to, dense, planes);
+    case 6:
+      return lay_cell<kKeys, 2, 0>(shape, to, dense, planes);
+    case 7:
+      return lay_cell<kKeys, 2, 1>(shape, to, dense, planes);
+    default:
+      return lay_cell<kKeys, 2, 2>(shape, to, dense, planes);
   }
 }
 

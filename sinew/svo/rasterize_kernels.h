@@ -14,9 +14,9 @@ struct BlockJob {
   uint32_t width = 0, height = 0;   // of the view
   const vec3* positions = nullptr;  // of the block's corners
   uint32_t corners = 0;
-  ClipPoint* points = nullptr;      // out, one a corner
-  ClipPoint* screen = nullptr;      // scratch, the same size
-  RasterCell* cells = nullptr;      // out, at most one a cell
+  ClipPoint* points = nullptr;  // out, one a corner
+  ClipPoint* screen = nullptr;  // scratch, the same size
+  RasterCell* cells = nullptr;  // out, at most one a cell
 };
 
 // Sets `block.cells` and `block.reach`. `index` is the block's among RasterBlocks.

@@ -62,7 +62,8 @@ struct TileBox {
 };
 HWY_INLINE TileBox clip_to_tile(const TileJob& job, int x0, int y0, int x1, int y1) {
   const int x = static_cast<int>(job.x), y = static_cast<int>(job.y);
-  return {std::max(x0 - x, 0), std::max(y0 - y, 0), std::min(x1 - x, static_cast<int>(job.width) - 1),
+  return {std::max(x0 - x, 0), std::max(y0 - y, 0),
+          std::min(x1 - x, static_cast<int>(job.width) - 1),
           std::min(y1 - y, static_cast<int>(job.height) - 1)};
 }
 
@@ -103,8 +104,8 @@ HWY_INLINE void draw_boxes(const TileJob& job, const RasterCell& cell, const Cel
     hn::Store(hn::Min(hn::Max(voxels.depth, near), far), d, depth);
     const uint32_t count = std::min(lanes(), spots.count - i);
     for (uint32_t k = 0; k < count; ++k) {
-      const TileBox box = clip_to_tile(job, cell.x0 + x0[k], cell.y0 + y0[k], cell.x0 + x1[k],
-                                       cell.y0 + y1[k]);
+      const TileBox box =
+          clip_to_tile(job, cell.x0 + x0[k], cell.y0 + y0[k], cell.x0 + x1[k], cell.y0 + y1[k]);
       if (box.empty()) continue;
       put_box<kKeys>(planes, box, depth[k], id | code_of_spot(spots.spot[i + k], cell.level));
     }

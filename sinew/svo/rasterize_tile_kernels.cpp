@@ -1,7 +1,7 @@
 // A tile: hierarchical z in two phases, and the way of drawing each cell.
-// Two phases after: N. Greene, M. Kass, G. Miller, "Hierarchical Z-Buffer Visibility", 1993, section
-// 4 (temporal coherence). Hidden is only what lies behind all pixels that it might cover, so it
-// changes no pixel, and the picture does not depend on what was seen before.
+// Two phases after: N. Greene, M. Kass, G. Miller, "Hierarchical Z-Buffer Visibility", 1993,
+// section 4 (temporal coherence). Hidden is only what lies behind all pixels that it might cover,
+// so it changes no pixel, and the picture does not depend on what was seen before.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "sinew/svo/rasterize_tile_kernels.cpp"
 #define HWY_WANT_AVX3_DL  // for its compress of 16-bit values
@@ -123,10 +123,9 @@ HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffe
   }
   DenseShape shape;
   const bool dense = cell.level < 2 && is_dense(cell, shape);
-  const CellMap map =
-      map_of(job.points + block.first_corner, lattice.corner, cell.level, job.perspective,
-             static_cast<float>(cell.x0) + 0.5f + cell.half_x,
-             static_cast<float>(cell.y0) + 0.5f + cell.half_y);
+  const CellMap map = map_of(job.points + block.first_corner, lattice.corner, cell.level,
+                             job.perspective, static_cast<float>(cell.x0) + 0.5f + cell.half_x,
+                             static_cast<float>(cell.y0) + 0.5f + cell.half_y);
   if (dense) {
     draw_dense<kKeys>(job, cell, shape, map, spots, id, buffers.dense, buffers.planes);
   } else {
@@ -229,8 +228,12 @@ HWY_INLINE TileCounts draw(const TileJob& job) {
   return counts;
 }
 
-TileCounts draw_keys_kernel(const TileJob& job) { return draw<true>(job); }
-TileCounts draw_depth_kernel(const TileJob& job) { return draw<false>(job); }
+TileCounts draw_keys_kernel(const TileJob& job) {
+  return draw<true>(job);
+}
+TileCounts draw_depth_kernel(const TileJob& job) {
+  return draw<false>(job);
+}
 
 }  // namespace HWY_NAMESPACE
 }  // namespace sinew

@@ -50,12 +50,12 @@ enum class RasterPath : uint8_t {
 
 // A cell (or node) in the view.
 struct RasterCell {
-  uint32_t unit = 0;            // among all instances'
-  uint32_t block = kNoBlock;    // of RasterBlocks
-  uint32_t cell = 0;            // of Svo::cells
-  float near_depth = 0.0f;      // nothing of it is drawn before
-  float far_depth = 0.0f;       // or behind
-  float half_x = 0.0f;          // pixels, of a voxel's box, padded
+  uint32_t unit = 0;          // among all instances'
+  uint32_t block = kNoBlock;  // of RasterBlocks
+  uint32_t cell = 0;          // of Svo::cells
+  float near_depth = 0.0f;    // nothing of it is drawn before
+  float far_depth = 0.0f;     // or behind
+  float half_x = 0.0f;        // pixels, of a voxel's box, padded
   float half_y = 0.0f;
   int16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels whose centres it may cover, inclusive
   uint8_t level = 0;

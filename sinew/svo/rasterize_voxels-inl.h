@@ -25,7 +25,9 @@ using Di = hn::RebindToSigned<Df>;
 using Vf = hn::Vec<Df>;
 using Vu = hn::Vec<Du>;
 using Vi = hn::Vec<Di>;
-HWY_INLINE constexpr uint32_t lanes() { return static_cast<uint32_t>(HWY_MAX_LANES_D(Df)); }
+HWY_INLINE constexpr uint32_t lanes() {
+  return static_cast<uint32_t>(HWY_MAX_LANES_D(Df));
+}
 
 // Voxels of a cell. A *spot* names one of the drawn level in 9 bits as codes of level 0 and 1 do,
 // less the level's first: x in bits 0, 1 and 6, y in 2, 3 and 7, z in 4, 5 and 8.
@@ -155,10 +157,10 @@ HWY_INLINE VoxelVector place_voxels(const CellMap& map, const uint16_t* spots, b
   out.spot = hn::PromoteTo(du, hn::LoadU(hn::Rebind<uint16_t, Du>(), spots));
   const Vu low = hn::Set(du, 3), high = hn::Set(du, 4);
   const Vu ix = hn::Or(hn::And(out.spot, low), hn::And(hn::ShiftRight<4>(out.spot), high));
-  const Vu iy = hn::Or(hn::And(hn::ShiftRight<2>(out.spot), low),
-                       hn::And(hn::ShiftRight<5>(out.spot), high));
-  const Vu iz = hn::Or(hn::And(hn::ShiftRight<4>(out.spot), low),
-                       hn::And(hn::ShiftRight<6>(out.spot), high));
+  const Vu iy =
+      hn::Or(hn::And(hn::ShiftRight<2>(out.spot), low), hn::And(hn::ShiftRight<5>(out.spot), high));
+  const Vu iz =
+      hn::Or(hn::And(hn::ShiftRight<4>(out.spot), low), hn::And(hn::ShiftRight<6>(out.spot), high));
   const Vf x = hn::ConvertTo(d, hn::BitCast(di, ix));
   const Vf y = hn::ConvertTo(d, hn::BitCast(di, iy));
   const Vf z = hn::ConvertTo(d, hn::BitCast(di, iz));

@@ -12,8 +12,9 @@ namespace {
 // The last of `items`, sorted by `first`, that begins at or before `index`.
 template <class Items, class First>
 uint32_t holder_of(const Items& items, uint32_t index, const First& first) {
-  const auto found = std::upper_bound(items.begin(), items.end(), index,
-                                      [&](uint32_t i, const auto& item) { return i < first(item); });
+  const auto found =
+      std::upper_bound(items.begin(), items.end(), index,
+                       [&](uint32_t i, const auto& item) { return i < first(item); });
   SINEW_CHECK(found != items.begin());
   return static_cast<uint32_t>(found - items.begin()) - 1;
 }
@@ -55,16 +56,16 @@ void sample_cell(const VoxelInstance& body, uint32_t c, VoxelSample& out) {
   const SvoCell& cell = svo.cells[c];
   const PosedBlock posed = body.posed->block(b);
   const VoxelPlace place = place_of(out.code);
-  const vec3 local = (vec3(place.min) + 0.5f * static_cast<float>(place.side)) /
-                     static_cast<float>(kCellSide);
+  const vec3 local =
+      (vec3(place.min) + 0.5f * static_cast<float>(place.side)) / static_cast<float>(kCellSide);
   out.level = level_of(out.code);
   out.material = cell.material;
   out.position = transform_point(body.placement, map_point(cell, posed, local));
   out.size = static_cast<float>(place.side) * svo.grid.voxel * scale_of(body.placement);
-  const Attributes a = out.level == kCellLevel
-                           ? attributes_of(svo.cell_level, c)
-                           : attributes_of(svo.levels[out.level],
-                                           voxel_index(svo, blocks[b], cell, out.code));
+  const Attributes a =
+      out.level == kCellLevel
+          ? attributes_of(svo.cell_level, c)
+          : attributes_of(svo.levels[out.level], voxel_index(svo, blocks[b], cell, out.code));
   set_attributes(a, cofactor(body.placement) * map_normals(cell, posed, local), out);
 }
 
