@@ -34,6 +34,8 @@ struct TileJob {
   const uint32_t* list = nullptr;  // of cells that may cover pixels of the tile
   uint32_t count = 0;
   uint32_t* order = nullptr;  // scratch, `count` entries
+  uint32_t* units = nullptr;  // scratch, one entry more
+  uint8_t* marks = nullptr;   // the same
   float near = 0.0f;
   bool perspective = true;
   uint32_t x = 0, y = 0, width = 0, height = 0;  // pixels of the tile

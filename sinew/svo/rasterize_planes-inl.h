@@ -26,13 +26,17 @@ inline constexpr uint32_t kMostListed = (1u << 22) - 1;
 
 // Pixels beyond the tile's edge are 0: in front of all, and no farthest depth.
 HWY_INLINE void clear(const TileJob& job, TilePlanes& planes) {
-  for (uint32_t i = 0; i < TilePlanes::kSize; ++i) {
-    planes.depth_storage[i] = 0.0f;
-    planes.id_storage[i] = 0;
+  const Df d;
+  const Du du;
+  for (uint32_t i = 0; i < TilePlanes::kSize; i += lanes()) {
+    hn::Store(hn::Zero(d), d, planes.depth_storage + i);
+    hn::Store(hn::Zero(du), du, planes.id_storage + i);
   }
+  const Vf nothing = hn::Set(d, __builtin_inff());
   for (uint32_t y = 0; y < job.height; ++y) {
-    for (uint32_t x = 0; x < job.width; ++x) {
-      planes.depth[y * kTileSide + x] = __builtin_inff();
+    for (uint32_t x = 0; x < job.width; x += lanes()) {
+      const Vf row = hn::IfThenElseZero(hn::FirstN(d, job.width - x), nothing);
+      hn::Store(row, d, planes.depth + y * kTileSide + x);
     }
   }
 }
