@@ -158,6 +158,7 @@ void view_node(Frame& frame, uint32_t instance, uint32_t first_block_node, uint3
     scratch.blocks.push_back({.svo = &svo,
                               .instance = instance,
                               .block = n - first_block_node,
+                              .node = n,
                               .first_unit = body.first_unit});
     return;
   }
@@ -281,6 +282,7 @@ void view_blocks(Frame& frame) {
       job.settings = &frame.settings;
       job.width = frame.view.width;
       job.height = frame.view.height;
+      job.node = block.node;
       job.positions = posed.positions.data();
       job.corners = static_cast<uint32_t>(posed.positions.size());
       job.points = scratch.points.data() + block.first_corner;

@@ -12,6 +12,7 @@ struct BlockJob {
   const ClipMap* map = nullptr;
   const RasterSettings* settings = nullptr;
   uint32_t width = 0, height = 0;   // of the view
+  uint32_t node = 0;                // of the block, in Svo::nodes
   const vec3* positions = nullptr;  // of the block's corners
   uint32_t corners = 0;
   ClipPoint* points = nullptr;  // out, one a corner
