@@ -14,6 +14,7 @@
 #include <atomic>
 
 #include "sinew/svo/rasterize_dense-inl.h"
+#include "sinew/svo/rasterize_faces-inl.h"
 #include "sinew/svo/rasterize_kernels.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -91,6 +92,10 @@ HWY_NOINLINE void draw_near(const TileJob& job, const RasterCell& cell, const Ra
     if (x.empty() || y.empty()) continue;
     const TileBox pixels = clip_to_tile(job, x.first, y.first, x.last, y.last);
     if (pixels.empty()) continue;
+    if (std::max(box.x1 - box.x0, box.y1 - box.y0) > job.settings->large) {
+      draw_faces<kKeys>(job, cell, corners, block.reach, id | code, planes);
+      continue;
+    }
     float middle = 0.0f;
     for (const ClipPoint& corner : corners) middle += 0.125f * corner.depth;
     put_box<kKeys>(planes, pixels,
@@ -129,7 +134,7 @@ HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffe
   if (dense) {
     draw_dense<kKeys>(job, cell, shape, map, spots, id, buffers.dense, buffers.planes);
   } else {
-    draw_boxes<kKeys>(job, cell, map, spots, id, buffers.planes);
+    draw_boxes<kKeys>(job, cell, block, map, spots, id, buffers.planes);
   }
 }
 
