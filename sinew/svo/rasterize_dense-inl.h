@@ -34,6 +34,7 @@ struct DensePlanes {
   static constexpr int kPlane = (kDenseSide + 1) * kDenseSide;
   static constexpr int kSize = kDenseClasses * kDenseClasses * kPlane;
   alignas(64) uint32_t noted[kSize];
+  alignas(64) uint32_t place[16], value[16];  // on their way from vectors
 
   uint32_t* plane(int columns, int rows) {
     return noted + (rows * kDenseClasses + columns) * kPlane + kDenseSide;
@@ -81,16 +82,15 @@ HWY_INLINE Vu whole_bits(Vf v) {
   return hn::BitCast(Du(), hn::Add(v, hn::Set(Df(), 8388608.0f)));
 }
 
-HWY_INLINE void note(uint32_t* first, Vu places, Vu values, uint32_t count) {
+HWY_INLINE void note(uint32_t* first, Vu places, Vu values, uint32_t count, DensePlanes& planes) {
   const Du du;
-  alignas(64) uint32_t place[16], value[16];
-  hn::Store(places, du, place);
-  hn::Store(values, du, value);
+  hn::Store(places, du, planes.place);
+  hn::Store(values, du, planes.value);
   // They are to be read back: taking vectors apart lane by lane takes longer.
   std::atomic_signal_fence(std::memory_order_seq_cst);
   for (uint32_t k = 0; k < count; ++k) {
-    uint32_t* const at = first + place[k];
-    const uint32_t old = *at, now = value[k];
+    uint32_t* const at = first + planes.place[k];
+    const uint32_t old = *at, now = planes.value[k];
     *at = now < old ? now : old;
   }
 }
@@ -132,7 +132,7 @@ HWY_INLINE void note_voxels(const RasterCell& cell, const DenseShape& shape, con
           du, hn::Min(hn::Max(v.depth, hn::Set(d, cell.near_depth)), hn::Set(d, cell.far_depth)));
     }
     note(first, hn::And(whole_bits(at), hn::Set(du, 0xffffu)), noted,
-         std::min(lanes(), spots.count - i));
+         std::min(lanes(), spots.count - i), planes);
   }
 }
 
