@@ -46,10 +46,12 @@ Outline outline_of(const ClipPoint corners[8], float near, bool perspective, con
   Flat points[Outline::kMost];
   uint32_t count = 0;
   double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
+  double sum = 0.0;  // what is not finite stays in it
   const auto add = [&](double x, double y, double depth) {
     const double scale = perspective ? 1.0 / depth : 1.0;
     points[count] = {x * scale, y * scale};
     farthest = std::max({farthest, std::abs(points[count].x), std::abs(points[count].y)});
+    sum += points[count].x + points[count].y;
     nearest = std::min(nearest, depth);
     ++count;
   };
@@ -65,7 +67,7 @@ Outline outline_of(const ClipPoint corners[8], float near, bool perspective, con
     }
   }
   Outline out;
-  if (count == 0) return out;
+  if (count == 0 || !std::isfinite(sum)) return out;
   const double terms = std::max(reach[0], reach[1]) + (perspective ? farthest * reach[2] : 0.0);
   out.pad = double{kRasterGamma} * (terms * (perspective ? 1.0 / nearest : 1.0) + farthest);
   wrap(points, count, out);

@@ -385,6 +385,28 @@ TEST(Rasterize, NothingToDraw) {
   }
 }
 
+// Numbers out of hand end in some picture, of units that exist.
+TEST(Rasterize, AnyNumbers) {
+  RasterBody body(unit_grid(), ball(5), 0.5f, 5);
+  const float infinity = std::numeric_limits<float>::infinity();
+  for (const float scale : {1e-30f, 1e-9f, 1e9f, 1e18f, 1e30f, infinity, NAN}) {
+    for (const float distance : {0.0f, 1e-9f, 1.0f, 1e9f, 1e30f}) {
+      for (const bool perspective : {true, false}) {
+        const RasterView view = look_at(vec3(0.0f, 0.0f, distance), vec3(0.1f, 0.0f, -1.0f), 100.0f,
+                                        70, 70, 1e-12f, perspective);
+        const VoxelInstance instance{
+            &body.posed, trs(vec3(0.0f), quat(1, 0, 0, 0), vec3(scale, 1.0f, scale)), 0};
+        draw_depth(std::span(&instance, 1), view);
+        for (const VisibilityKey key : draw(std::span(&instance, 1), view)) {
+          if (key == kNothing) continue;
+          EXPECT_LT(key_unit(key), unit_count(body.svo));
+          EXPECT_LT(key_code(key), kCodes);
+        }
+      }
+    }
+  }
+}
+
 TEST(Rasterize, ThousandsOfBodies) {
   Crowd crowd(3000);
   for (const float scale : {3000.0f, 600.0f, 150.0f}) {
