@@ -52,11 +52,13 @@ double expected_ns(UpdateMode mode, double treelets, const UpdateHistory& histor
   const UpdateCosts& costs = history.costs;
   const double made = history.choice.reached;
   if (mode == UpdateMode::full) return treelets * costs.full;
-  if (mode == UpdateMode::hybrid) return treelets * (costs.hybrid + made * costs.make_hybrid);
+  const double rays = history.rays * history.ray_share;
+  if (mode == UpdateMode::hybrid) {
+    return treelets * (costs.hybrid + made * costs.make_hybrid) + rays * costs.linked;
+  }
   // A body that no ray comes to has no boxes derived either.
   const double derived = made > 0.0 ? costs.lazy : 0.0;
-  return treelets * (derived + made * costs.make_lazy) +
-         history.rays * history.ray_share * costs.loose;
+  return treelets * (derived + made * costs.make_lazy) + rays * (costs.linked + costs.loose);
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ struct UpdateChoice {
   const char* why = "no ray has come yet";
 };
 
-// Nanoseconds of one thread, a treelet, but for `loose`. They begin as guesses.
+// Nanoseconds of one thread, a treelet, but for the last two. They begin as guesses; those of a ray
+// stay what they are.
 struct UpdateCosts {
   double full = 550.0;         // vertices, boxes and inside
   double hybrid = 240.0;       // vertices and box
@@ -25,6 +26,7 @@ struct UpdateCosts {
   double make_hybrid = 800.0;  // inside, when a ray comes
   double make_lazy = 1600.0;   // vertices and inside, when a ray comes
   double loose = 15.0;         // a ray, through derived boxes rather than exact ones
+  double linked = 8.0;         // a ray, through links to treelets, packing what it tests
 };
 
 // What became of the last pose.

@@ -10,7 +10,9 @@
 // clang-format on
 
 #include <algorithm>
+#include <utility>
 
+#include "sinew/bvh/group_stack-inl.h"
 #include "sinew/bvh/query_kernels.h"
 #include "sinew/bvh/ray_group-inl.h"
 #include "sinew/bvh/ray_traversal-inl.h"
@@ -19,22 +21,17 @@ HWY_BEFORE_NAMESPACE();
 namespace sinew {
 namespace HWY_NAMESPACE {
 
-// So few rays a vector are tested one by one: it costs less than tests of mostly idle lanes.
-constexpr uint32_t kSinglyPerVector = 3;
+// So few rays a vector are tested one by one: it costs less than tests of mostly idle lanes. Where
+// any hit is sought, that takes no branches.
+constexpr uint32_t kSinglyPerVector = 3, kSinglyPerVectorAny = 12;
 
-HWY_INLINE bool are_few(uint64_t rays) {
+HWY_INLINE bool are_few(uint64_t rays, uint32_t per_vector = kSinglyPerVector) {
   const auto count = static_cast<uint32_t>(__builtin_popcountll(rays));
-  return count <= kSinglyPerVector * count_vectors(rays);
+  return count <= per_vector * count_vectors(rays);
 }
 
-// A child word and the rays that go there.
-struct GroupEntry {
-  uint64_t rays;  // that meet the box
-  float entry;    // where the first of them does
-  uint32_t word;
-};
-
-template <bool kAny>
+// `Lone` is GroupRay or FastGroupRay: how triangles are tested that few rays reach.
+template <bool kAny, class Lone = GroupRay>
 class GroupTraversal {
  public:
   GroupTraversal(const SceneView& scene, const QueryOptions& options, const Ray* rays)
@@ -44,11 +41,11 @@ class GroupTraversal {
     group.prepare();
     if (scene_.top == nullptr) {
       if (scene_.instance_count > 0) {
-        visit_instance(scene_.instances[0], kNoChild, group, group.alive, stack_);
+        visit_instance(scene_.instances[0], kNoChild, group, group.alive, 0);
       }
     } else {
-      descend(scene_.top, nullptr, 0, group, group.alive, stack_,
-              [&](uint32_t word, uint64_t mask, GroupEntry* free) {
+      descend(scene_.top, nullptr, 0, group, group.alive, 0,
+              [&](uint32_t word, uint64_t mask, size_t free) {
                 const TopLeaf leaf = top_leaf(scene_, word);
                 visit_instance(scene_.instances[leaf.instance], leaf.word, group, mask, free);
               });
@@ -60,45 +57,69 @@ class GroupTraversal {
   // and calls leaf(word, its rays, free part of the stack) for leaves.
   template <class Leaf>
   HWY_INLINE void descend(const Node8* nodes, const TrianglePacket* packets, uint32_t root,
-                          RayGroup& group, uint64_t mask, GroupEntry* const base,
-                          const Leaf& leaf) {
-    GroupEntry* top = base;
-    uint32_t word = root;
-    for (;;) {
-      if (is_inner_word(word)) {
-        push_children(nodes, packets, word, group, mask, top);
+                          RayGroup& group, uint64_t mask, const size_t base, const Leaf& leaf) {
+    size_t top = base;
+    GroupEntry now{mask, 0.0f, root}, held{};
+    do {
+      if (is_inner_word(now.word)) {
+        push_children(nodes, packets, now.word, group, now.rays, top);
       } else {
-        leaf(word, mask, top);
+        leaf(now.word, now.rays, top);
       }
-      do {
-        if (top == base) return;
-        --top;
-        mask = top->rays & group.alive;
-        if (!kAny) mask = still_reach(group, mask, top->entry);
-      } while (mask == 0);
-      word = top->word;
+    } while (take_next(nodes, packets, group, base, top, now, held));
+  }
+
+  // The next entry above `base` with rays that still seek a hit; false if there is none.
+  HWY_INLINE bool pop(const RayGroup& group, size_t base, size_t& top, GroupEntry& out) const {
+    while (top != base) {
+      out = stack_.at(--top);
+      out.rays &= group.alive;
+      if (!kAny) out.rays = still_reach(group, out.rays, out.entry);
+      if (out.rays != 0) return true;
     }
+    return false;
+  }
+
+  // The same, but where any hit will do a node is held back while its cache lines come, and the one
+  // that was held before it is visited. Not so leaves: what is soon done stays first.
+  HWY_INLINE bool take_next(const Node8* nodes, const TrianglePacket* packets,
+                            const RayGroup& group, size_t base, size_t& top, GroupEntry& now,
+                            GroupEntry& held) const {
+    while (pop(group, base, top, now)) {
+      if (!kAny) return true;
+      if (!is_inner_word(now.word) || top - base > kMostHeldOver) {
+        if (top != base) prefetch_child(nodes, packets, stack_.at(top - 1).word);
+        return true;
+      }
+      prefetch_child(nodes, packets, now.word);
+      std::swap(now, held);
+      now.rays &= group.alive;
+      if (now.rays != 0) return true;
+    }
+    now = held;
+    now.rays &= group.alive;
+    held.rays = 0;
+    return now.rays != 0;
   }
 
   // Farthest first.
   HWY_INLINE void push_children(const Node8* nodes, const TrianglePacket* packets, uint32_t parent,
-                                const RayGroup& group, uint64_t mask, GroupEntry*& top) {
+                                const RayGroup& group, uint64_t mask, size_t& top) {
     const Node8& node = nodes[parent];
     __builtin_prefetch(node.child);
     alignas(64) float entry[kWidth];
-    GroupEntry* const first = top;
+    const size_t first = top;
     const auto push = [&](const GroupEntry& next) {
       prefetch_child(nodes, packets, next.word);
-      GroupEntry* place = top++;
-      if constexpr (!kAny) {
-        while (place > first && (place - 1)->entry < next.entry) {
-          *place = *(place - 1);
-          --place;
-        }
-      }
-      *place = next;
+      stack_.insert(first, top, next);
     };
-    if (are_few(mask)) {
+    if constexpr (kAny) {
+      if (are_few(mask, kSinglyPerVectorAny)) {
+        ChildRays rays;
+        test_boxes_singly(node, group, mask, rays);
+        return stack_.push_met(top, node, rays);
+      }
+    } else if (are_few(mask)) {
       uint64_t rays[kWidth];
       for (uint32_t bits = test_boxes_singly(node, group, mask, rays, entry); bits != 0;
            bits &= bits - 1) {
@@ -110,7 +131,7 @@ class GroupTraversal {
     for (uint32_t bits = test_boxes(node, group, entry); bits != 0; bits &= bits - 1) {
       const auto child = static_cast<uint32_t>(__builtin_ctz(bits));
       GroupEntry next;
-      next.rays = test_box(node, child, group, mask, next.entry);
+      next.rays = test_box<kAny>(node, child, group, mask, next.entry);
       if (next.rays == 0) continue;
       next.word = node.child[child];
       push(next);
@@ -119,7 +140,7 @@ class GroupTraversal {
 
   // `part` is the child word of a part of it, or kNoChild for all.
   void visit_instance(const Instance& instance, uint32_t part, RayGroup& group, uint64_t mask,
-                      GroupEntry* base) {
+                      size_t base) {
     if ((instance.mask & options_.mask) == 0) return;
     uint32_t root = part != kNoChild ? part : instance.root;
     if (part == kNoChild && instance.body != nullptr) {
@@ -134,7 +155,7 @@ class GroupTraversal {
 
   // Rays of a class in the object's space make a group of their own.
   HWY_NOINLINE void visit_transformed(const Instance& instance, uint32_t root, RayGroup& group,
-                                      uint64_t mask, GroupEntry* base) {
+                                      uint64_t mask, size_t base) {
     while (mask != 0) {
       RayGroup local;
       uint32_t from[kGroup], common = 0;
@@ -163,10 +184,10 @@ class GroupTraversal {
   }
 
   void visit_body(const Instance& instance, uint32_t root, RayGroup& group, uint64_t mask,
-                  GroupEntry* base) {
+                  size_t base) {
     const float side = side_of(instance, options_);
     descend(instance.nodes, instance.packets, root, group, mask, base,
-            [&](uint32_t word, uint64_t rays, GroupEntry*& free) {
+            [&](uint32_t word, uint64_t rays, size_t& free) {
               if (is_leaf_word(word)) {
                 visit_leaf(instance, word, side, group, rays);
               } else {
@@ -176,12 +197,12 @@ class GroupTraversal {
   }
 
   HWY_NOINLINE void visit_treelet(const Instance& instance, uint32_t treelet, RayGroup& group,
-                                  uint64_t mask, GroupEntry*& top) {
+                                  uint64_t mask, size_t& top) {
     VisitedBody& body = *instance.body;
     uint32_t word = std::atomic_ref(body.bvh->links[treelet]).load(std::memory_order_acquire);
     if (word >= kBeingMade) word = sinew::visit_treelet(body, treelet);
     if (word == kNoChild) return resume_alone(instance, treelet_word(treelet), group, mask);
-    *top++ = {mask, 0.0f, word};
+    stack_.push(top, {mask, 0.0f, word});
   }
 
   HWY_INLINE void visit_leaf(const Instance& instance, uint32_t word, float side, RayGroup& group,
@@ -212,7 +233,7 @@ class GroupTraversal {
     TrianglePacket room;
     for (; mask != 0; mask &= mask - 1) {
       const auto k = static_cast<uint32_t>(__builtin_ctzll(mask));
-      const GroupRay ray(group, k);
+      const Lone ray(group, k);
       for (uint32_t p = first; p != end; ++p) {
         PacketHits hits;
         test_packet(packet_of(instance, p, room), ray, group.t_min[k], group.t[k], side, hits);
@@ -326,7 +347,7 @@ class GroupTraversal {
   const SceneView& scene_;
   const QueryOptions& options_;
   const Ray* const rays_;
-  GroupEntry stack_[kStackSize];
+  GroupStack<kAny> stack_;
 };
 
 // Rays of a span are sorted this many at a time.
@@ -357,10 +378,10 @@ constexpr uint32_t kLeastGroup = 4;
 
 // Traces groups and calls out(group, i) for each of their rays, and alone(index of the ray) for
 // rays that are in none.
-template <bool kAny, class Out, class Alone>
+template <bool kAny, class Lone, class Out, class Alone>
 HWY_INLINE void trace_groups(const SceneView& scene, const Ray* rays, size_t count,
                              const QueryOptions& options, const Out& out, const Alone& alone) {
-  GroupTraversal<kAny> traversal(scene, options, rays);
+  GroupTraversal<kAny, Lone> traversal(scene, options, rays);
   for (size_t begin = 0; begin < count; begin += kBlock) {
     const SortedBlock block(rays + begin, std::min(kBlock, count - begin));
     for (uint32_t kind = 0; kind < kGroupClasses; ++kind) {
@@ -390,7 +411,7 @@ HWY_INLINE void trace_groups(const SceneView& scene, const Ray* rays, size_t cou
 
 void closest_hits_grouped_kernel(const SceneView& scene, const Ray* rays, Hit* hits, size_t count,
                                  const QueryOptions& options) {
-  trace_groups<false>(
+  trace_groups<false, GroupRay>(
       scene, rays, count, options,
       [&](const RayGroup& group, uint32_t i) {
         Hit hit = group.hit(i);
@@ -403,15 +424,24 @@ void closest_hits_grouped_kernel(const SceneView& scene, const Ray* rays, Hit* h
       });
 }
 
-void any_hits_grouped_kernel(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
-                             const QueryOptions& options) {
-  trace_groups<true>(
+template <class Lone, class Setup>
+void any_hits_in_groups(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
+                        const QueryOptions& options) {
+  trace_groups<true, Lone>(
       scene, rays, count, options,
       [&](const RayGroup& group, uint32_t i) { hit[group.ray[i]] = !(group.alive >> i & 1); },
       [&](uint32_t ray) {
         hit[ray] = static_cast<bool>(
-            Traversal<true, RaySetup>(scene, options, rays[ray], options.first_ray + ray).run());
+            Traversal<true, Setup>(scene, options, rays[ray], options.first_ray + ray).run());
       });
+}
+
+void any_hits_grouped_kernel(const SceneView& scene, const Ray* rays, uint8_t* hit, size_t count,
+                             const QueryOptions& options) {
+  const bool fast = options.precision == Precision::fast;
+  const auto trace =
+      fast ? any_hits_in_groups<FastGroupRay, FastSetup> : any_hits_in_groups<GroupRay, RaySetup>;
+  trace(scene, rays, hit, count, options);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -21,6 +21,7 @@ namespace HWY_NAMESPACE {
 constexpr uint32_t kGroup = 64;       // bits of a mask of rays
 using DG = hn::CappedTag<float, 16>;  // rays tested together
 using DGu = hn::CappedTag<uint32_t, 16>;
+using D8u = hn::CappedTag<uint32_t, 8>;
 
 template <class D>
 HWY_INLINE hn::Mask<D> load_mask(D d, uint32_t bits) {
@@ -203,7 +204,9 @@ HWY_INLINE uint32_t test_boxes(const Node8& node, const RayGroup& group,
   return bits;
 }
 
-// The rays of `mask` that meet one child's box; `entry` becomes the least distance where they do.
+// The rays of `mask` that meet one child's box; `entry` becomes the least distance where they do,
+// unless any hit is sought.
+template <bool kAny>
 HWY_INLINE uint64_t test_box(const Node8& node, uint32_t child, const RayGroup& group,
                              uint64_t mask, float& entry) {
   const DG d;
@@ -226,10 +229,10 @@ HWY_INLINE uint64_t test_box(const Node8& node, uint32_t child, const RayGroup& 
           hn::Min(far, hn::Mul(hn::Sub(far_plane, o), hn::Load(d, group.far_reciprocal[axis] + i)));
     }
     const auto hit = hn::Le(near, far);
-    least = hn::Min(least, hn::IfThenElse(hit, near, least));
+    if (!kAny) least = hn::Min(least, hn::IfThenElse(hit, near, least));
     met |= uint64_t{mask_bits(d, hit) & part} << i;
   }
-  entry = hn::GetLane(hn::MinOfLanes(d, least));
+  entry = kAny ? 0.0f : hn::GetLane(hn::MinOfLanes(d, least));
   return met;
 }
 
@@ -267,6 +270,49 @@ HWY_INLINE uint32_t test_boxes_singly(const Node8& node, const RayGroup& group, 
   return any;
 }
 
+// The rays that meet each child, as the low and the high half of a mask.
+struct ChildRays {
+  alignas(32) uint32_t low[kWidth], high[kWidth];
+};
+
+// The same where nobody asks for distances, and without branches: what a ray meets is not to be
+// foretold.
+HWY_INLINE void test_boxes_singly(const Node8& node, const RayGroup& group, uint64_t mask,
+                                  ChildRays& out) {
+  const D8 d;
+  const D8u du;
+  const float(*planes)[kWidth] = node.low;
+  for (size_t i = 0; i < kWidth; i += hn::Lanes(d)) {
+    const auto near_x = hn::Load(d, planes[group.near[0]] + i);
+    const auto near_y = hn::Load(d, planes[group.near[1]] + i);
+    const auto near_z = hn::Load(d, planes[group.near[2]] + i);
+    const auto far_x = hn::Load(d, planes[group.far[0]] + i);
+    const auto far_y = hn::Load(d, planes[group.far[1]] + i);
+    const auto far_z = hn::Load(d, planes[group.far[2]] + i);
+    const auto met_by = [&](uint32_t half, uint32_t from) {
+      auto met = hn::Zero(du);
+      for (; half != 0; half &= half - 1) {
+        const uint32_t k = from + static_cast<uint32_t>(__builtin_ctz(half));
+        const auto to = [&](uint32_t axis, auto plane, const float(&reciprocal)[3][kGroup]) {
+          return hn::Mul(hn::Sub(plane, hn::Set(d, group.origin[axis][k])),
+                         hn::Set(d, reciprocal[axis][k]));
+        };
+        const auto near =
+            hn::Max(hn::Max(to(0, near_x, group.reciprocal), to(1, near_y, group.reciprocal)),
+                    hn::Max(to(2, near_z, group.reciprocal), hn::Set(d, group.t_min[k])));
+        const auto far =
+            hn::Min(hn::Min(to(0, far_x, group.far_reciprocal), to(1, far_y, group.far_reciprocal)),
+                    hn::Min(to(2, far_z, group.far_reciprocal), hn::Set(d, group.t[k] * kReach)));
+        const auto hit = hn::RebindMask(du, hn::Le(near, far));
+        met = hn::Or(met, hn::IfThenElseZero(hit, hn::Set(du, half & (~half + 1))));
+      }
+      return met;
+    };
+    hn::Store(met_by(static_cast<uint32_t>(mask), 0), du, out.low + i);
+    hn::Store(met_by(static_cast<uint32_t>(mask >> 32), 32), du, out.high + i);
+  }
+}
+
 // What a triangle test needs of one ray of a group.
 struct GroupRay {
   float origin[3];
@@ -282,6 +328,19 @@ struct GroupRay {
         shear_y(group.shear_y[i]),
         shear_z(group.shear_z[i]) {}
 };
+
+// The same for tests without guarantees.
+struct FastGroupRay {
+  float origin[3], direction[3];
+
+  FastGroupRay(const RayGroup& group, uint32_t i)
+      : origin{group.origin[0][i], group.origin[1][i], group.origin[2][i]},
+        direction{group.direction[0][i], group.direction[1][i], group.direction[2][i]} {}
+};
+HWY_INLINE void test_packet(const TrianglePacket& packet, const FastGroupRay& ray, float t_min,
+                            float t_max, float side, PacketHits& out) {
+  test_packet_fast(packet, ray, t_min, t_max, side, out);
+}
 
 // The rays of `mask` that a box entered at `entry` is not too far for.
 HWY_INLINE uint64_t still_reach(const RayGroup& group, uint64_t mask, float entry) {

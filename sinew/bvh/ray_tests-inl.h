@@ -323,9 +323,10 @@ HWY_INLINE V4 dot(const Rows3& a, const Rows3& b) {
 }
 
 // T. Moller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997.
-// Differs: divides only if a lane is hit.
-HWY_INLINE void test_packet(const TrianglePacket& packet, const FastSetup& ray, float t_min,
-                            float t_max, float side, PacketHits& out) {
+// Differs: divides only if a lane is hit. `Setup` needs an origin and a direction.
+template <class Setup>
+HWY_INLINE void test_packet_fast(const TrianglePacket& packet, const Setup& ray, float t_min,
+                                 float t_max, float side, PacketHits& out) {
   const D4 d;
   const auto corner = [&](int i) {
     return Rows3{hn::Load(d, packet.v[i][0]), hn::Load(d, packet.v[i][1]),
@@ -353,6 +354,10 @@ HWY_INLINE void test_packet(const TrianglePacket& packet, const FastSetup& ray, 
   hn::Store(t, d, out.t);
   hn::Store(hn::Div(u, size), d, out.v);
   hn::Store(hn::Div(v, size), d, out.w);
+}
+HWY_INLINE void test_packet(const TrianglePacket& packet, const FastSetup& ray, float t_min,
+                            float t_max, float side, PacketHits& out) {
+  test_packet_fast(packet, ray, t_min, t_max, side, out);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -69,7 +69,8 @@ enum class Grouping : uint8_t {
   none,       // each for itself
 };
 
-// How carefully rays that go alone are tested. Rays in groups are always watertight.
+// How carefully rays are tested. Rays in groups are always watertight where the closest hit is
+// sought.
 enum class Precision : uint8_t {
   watertight,  // no ray slips through between triangles that share an edge
   fast,        // rays that meet an edge, or a box's side, within rounding may miss
