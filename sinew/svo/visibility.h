@@ -31,8 +31,9 @@ inline uint32_t unit_count(const Svo& svo) {
   return static_cast<uint32_t>(svo.cells.size() + svo.nodes.size());
 }
 
-// What wins a pixel: the least key. Nearer is less; equal depths are decided by unit and code, so
-// the picture depends on no order.
+// What wins a pixel: the least depth, at full precision (a key's is cut off); of equal depths the
+// first in the order of instances, blocks, cells and codes. So the picture depends on no order of
+// drawing, and keys of different pictures may be compared.
 //
 //   63        37 36        10 9      0
 //   [ depth 27  | unit 27    | code 10 ]      code: a VoxelCode, or 0 for a node
