@@ -66,7 +66,8 @@ uint32_t step_between(uvec3 first, uvec3 second) {
 
 class CornerJoiner {
  public:
-  CornerJoiner(std::span<const BlockSheets> blocks, size_t block) : blocks_(blocks), own_(block) {}
+  CornerJoiner(std::span<const BlockSheets> blocks, size_t block)
+      : blocks_(blocks), own_(block), keys_(2 * blocks[block].keys.size()) {}
 
   void collect();
   void join_by_vertices();
@@ -78,7 +79,7 @@ class CornerJoiner {
  private:
   void add_sheets(const BlockSheets& block, uint32_t cell, uvec3 place);
   void collect_neighbour(glm::ivec3 step);
-  void add_vertices(const BlockSheets& block, uint32_t sheet, uint32_t index);
+  void add_link(uint32_t vertex, uint32_t sheet);
   void join(uint32_t a, uint32_t b);
   void join_list(uint32_t head);
   uint32_t root(uint32_t node);
@@ -100,18 +101,20 @@ class CornerJoiner {
   std::vector<uint16_t> index_;
 };
 
-void CornerJoiner::add_vertices(const BlockSheets& block, uint32_t sheet, uint32_t index) {
-  for (const uint32_t v : block.vertices_of(sheet)) {
-    const uint32_t number = keys_.number(block.keys[v]);
-    if (number == heads_.size()) heads_.push_back(kNone);
-    links_.push_back({index, heads_[number]});
-    heads_[number] = static_cast<uint32_t>(links_.size() - 1);
-  }
+void CornerJoiner::add_link(uint32_t vertex, uint32_t sheet) {
+  links_.push_back({sheet, heads_[vertex]});
+  heads_[vertex] = static_cast<uint32_t>(links_.size() - 1);
 }
 
 void CornerJoiner::add_sheets(const BlockSheets& block, uint32_t cell, uvec3 place) {
+  const bool own = &block == &blocks_[own_];
   for (uint32_t s = block.first_sheet[cell]; s < block.first_sheet[cell + 1]; ++s) {
-    add_vertices(block, s, static_cast<uint32_t>(sheets_.size()));
+    const auto index = static_cast<uint32_t>(sheets_.size());
+    for (const uint32_t v : block.vertices_of(s)) {
+      const uint32_t vertex = own ? v : keys_.number(block.keys[v]);
+      if (vertex == heads_.size()) heads_.push_back(kNone);
+      add_link(vertex, index);
+    }
     sheets_.emplace_back(block.sheets[s], block.masks.empty() ? nullptr : &block.masks[s], place);
   }
 }
@@ -138,6 +141,9 @@ void CornerJoiner::collect_neighbour(glm::ivec3 step) {
 
 void CornerJoiner::collect() {
   const BlockSheets& own = blocks_[own_];
+  for (const uint64_t key : own.keys) keys_.number(key);  // each once, in their order
+  heads_.assign(own.keys.size(), kNone);
+  links_.reserve(2 * own.vertices.size());
   for (uint32_t cell = 0; cell < 512; ++cell) add_sheets(own, cell, voxel_of(cell) + 1u);
   own_sheets_ = static_cast<uint32_t>(sheets_.size());
   for (int i = 0; i < 27; ++i) {
@@ -156,6 +162,7 @@ void CornerJoiner::join(uint32_t a, uint32_t b) {
   const uint32_t step = step_between(sheets_[a].place, sheets_[b].place);
   if (step == kNone || sheets_[a].joined[step] == b) return;
   sheets_[a].joined[step] = b;
+  sheets_[b].joined[26 - step] = a;
   const CommonCorners& common = kCommonCorners.of[step];
   for (uint32_t i = 0; i < common.count; ++i) {
     const uint32_t p = root(8 * a + common.of_first[i]), q = root(8 * b + common.of_second[i]);

@@ -99,6 +99,7 @@ class CellWriter {
   void append_copies(uint16_t cell);
 
   const LatticeSource& source_;
+  const CellOrder& order_ = cell_order();
   SheetFinder finder_;
   const bool solid_;
   BlockSheets& sheets_;
@@ -147,8 +148,14 @@ void CellWriter::find_copies() {
 // `voxel` are the fragments of one voxel, from the `first`th of the cell's.
 void CellWriter::add_voxel(std::span<const VoxelFragment> voxel, size_t first) {
   const uint32_t morton = voxel.front().voxel & 511;
-  const uint32_t code = cell_order().code[morton], place = cell_order().place[morton];
+  const uint32_t code = order_.code[morton], place = order_.place[morton];
   first_fragment_[morton] = static_cast<uint32_t>(first);
+  if (voxel.size() == 1 && voxel.front().triangle != kInside) {
+    Copy& copy = copies_[copy_of_triangle_[finder_.of_fragments()[first]]];
+    copy.voxels.set(code, voxel.front().normal, voxel.front().color);
+    near_voxels_[copy.sheet].add(morton, place);
+    return;
+  }
   met_.clear();
   for (size_t i = 0; i < voxel.size(); ++i) {
     const uint32_t triangle = finder_.of_fragments()[first + i];
