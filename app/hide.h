@@ -9,7 +9,7 @@
 
 namespace sinew::app {
 
-// Hides every object whose node or mesh has a name that a pattern (`*` and `?` as in a shell) fits.
+// Hides every object whose node, mesh or octree has a name that a pattern (`*` and `?` as in a shell) fits.
 // A pattern that fits nothing is a usage error that lists the names.
 Result<void> hide_objects(Scene& scene, const std::vector<std::string>& patterns);
 
