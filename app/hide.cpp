@@ -45,23 +45,30 @@ std::string list_names(const Scene& scene) {
 
 }  // namespace
 
-Result<void> hide_objects(Scene& scene, const std::vector<std::string>& patterns) {
-  std::vector<uint8_t> hidden(scene.nodes.size(), 0);
+Result<std::vector<uint8_t>> find_objects(const Scene& scene,
+                                          const std::vector<std::string>& patterns,
+                                          const char* option) {
+  std::vector<uint8_t> is_found(scene.nodes.size(), 0);
   for (const std::string& pattern : patterns) {
     bool found = false;
     for (size_t i = 0; i < scene.nodes.size(); ++i) {
       const Node& node = scene.nodes[i];
       if (!is_object(node)) continue;
       if (!fits(pattern, node.name) && !fits(pattern, name_of_contents(scene, node))) continue;
-      hidden[i] = 1;
+      is_found[i] = 1;
       found = true;
     }
     if (!found) {
       return fail({ErrorKind::usage, scene.name, "",
-                   fmt::format("--hide '{}' fits no object", pattern),
+                   fmt::format("{} '{}' fits no object", option, pattern),
                    "the objects are " + list_names(scene)});
     }
   }
+  return is_found;
+}
+
+Result<void> hide_objects(Scene& scene, const std::vector<std::string>& patterns) {
+  SINEW_TRY(const std::vector<uint8_t> hidden, find_objects(scene, patterns, "--hide"));
   for (size_t i = 0; i < hidden.size(); ++i) {
     if (hidden[i]) remove_contents(scene.nodes[i]);
   }
