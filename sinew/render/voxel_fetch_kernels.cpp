@@ -36,7 +36,7 @@ struct alignas(64) PreparedCell {
   uint64_t coarse;
   const SvoLevel* levels;
   const SvoLevel* cell_level;
-  uint32_t first[4];  // where its voxels of each level begin
+  uint32_t first[4];   // where its voxels of each level begin
   uint16_t before[8];  // voxels in the bricks before
   uint32_t bricks;
   uint32_t material;

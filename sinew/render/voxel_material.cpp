@@ -34,10 +34,9 @@ void fold_textures(const TextureTable& textures, Material& material) {
   const TextureRef& emissive = material.emissive_texture;
   material.emissive *= vec3(mean_of(textures.colors(emissive), emissive, true));
   material.transmission *= data(material.transmission_texture).x;
-  for (TextureRef* texture :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.occlusion_texture, &material.emissive_texture,
-        &material.transmission_texture}) {
+  for (TextureRef* texture : {&material.base_color_texture, &material.metallic_roughness_texture,
+                              &material.normal_texture, &material.occlusion_texture,
+                              &material.emissive_texture, &material.transmission_texture}) {
     *texture = {};
   }
 }
