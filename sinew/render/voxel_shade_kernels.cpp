@@ -243,9 +243,9 @@ HWY_INLINE V lit_lanes(const VoxelShadowMap& shadow, const Lanes& s, V cosine, M
   for (uint32_t i = 0; i < shadow.views; ++i) {
     const RasterView& view = shadow.view[i];
     const V texel = hn::Mul(splat(shadow.texel), hn::Max(plane(view.w, s.position), zero()));
-    const V size =
-        hn::Mul(splat(0.5f), hn::Max(s.diagonal, hn::Mul(splat(kCoarsestCaster), texel)));
-    const V lift = hn::MulAdd(cosine, size, hn::Mul(sine, hn::MulAdd(reach, texel, size)));
+    const V caster = hn::Max(s.diagonal, hn::Mul(splat(kCoarsestCaster), texel));
+    const V slope = hn::MulAdd(reach, texel, hn::Mul(splat(0.5f), caster));
+    const V lift = hn::MulAdd(splat(kVoxelHeight), caster, hn::Mul(sine, slope));
     const V3 p = add_scaled(s.position, s.normal, lift);
     const V scale = hn::Div(splat(1.0f), plane(view.w, p)), depth = plane(view.depth, p);
     const V x = hn::Mul(plane(view.x, p), scale), y = hn::Mul(plane(view.y, p), scale);
