@@ -75,7 +75,9 @@ void resolve_voxel(const VoxelSample& voxel, float diagonal, const VoxelMaterial
   const float side = cosine < kFromBehind ? -1.0f : 1.0f;
   cosine *= side;
   vec3 normal = side * voxel.normal;
-  if (cosine < kLeastCosine) normal = normalize(normal + (kLeastCosine - cosine) * view);
+  if (cosine < kLeastCosine) {
+    normal = normalize(normal + (std::max(-cosine, kProfile) - cosine) * view);
+  }
   out.position = out.lifted = voxel.position;
   out.normal = out.geometric_normal = normal;
   out.voxel = diagonal;

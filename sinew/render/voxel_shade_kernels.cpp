@@ -173,7 +173,8 @@ HWY_INLINE V3 face(V3 normal, V3 view) {
   const M behind = hn::Lt(cosine, splat(kFromBehind));
   normal = select(behind, normal * splat(-1.0f), normal);
   cosine = hn::IfThenElse(behind, hn::Neg(cosine), cosine);
-  const V3 bent = unit_or(add_scaled(normal, view, hn::Sub(least, cosine)), view);
+  const V target = hn::Max(hn::Neg(cosine), splat(kProfile));
+  const V3 bent = unit_or(add_scaled(normal, view, hn::Sub(target, cosine)), view);
   return select(hn::Lt(cosine, least), bent, normal);
 }
 
