@@ -16,10 +16,10 @@ namespace {
 constexpr uint32_t kMaxWebpSide = 16383;  // pixels, by the format
 
 constexpr const char* kExamples =
-    "INPUT is a .gltf, .glb, .obj, .ply, .aff, .svo or .vox file, a sequence walk_####.obj or "
-    ".ply, a vertex\n"
-    "cache base.obj+positions.pc2 or .mdd, or a study scene study:NAME (`sinew info study:`\n"
-    "lists them). aff:complexity=8,FILE.aff splits AFF's animated triangles into 4^8.\n"
+    "INPUT is a .gltf, .glb, .obj, .ply, .aff, .svo or .vox file, a sequence walk_####.obj or\n"
+    ".ply, a vertex cache base.obj+positions.pc2 or .mdd, or a study scene study:NAME\n"
+    "(`sinew info study:` lists them). aff:complexity=8,FILE.aff splits AFF's animated\n"
+    "triangles into 4^8.\n"
     "Frames count from 1; frame n shows the time start + (n - 1) / fps of the clip.\n"
     "\n"
     "Examples:\n"
