@@ -96,16 +96,19 @@ uint32_t levels_of(const Svo& svo) {
   return svo.voxel_count() > 0 ? svo.root_level + 1 : 0;
 }
 
-// "3.42 MB", in millions of bytes.
-std::string megabytes(uint64_t bytes) {
-  return fmt::format("{:.2f} MB", static_cast<double>(bytes) * 1e-6);
+// "812 bytes", "81.2 kB", "81.2 MB": powers of a thousand.
+std::string size_text(uint64_t bytes) {
+  if (bytes < 10'000) return fmt::format("{} bytes", bytes);
+  const bool mega = bytes >= 10'000'000;
+  return fmt::format("{:.1f} {}", static_cast<double>(bytes) * (mega ? 1e-6 : 1e-3),
+                     mega ? "MB" : "kB");
 }
 
 std::string describe(const Svo& svo) {
   const uvec3 r = svo.grid.resolution;
   std::string text =
       fmt::format("{} voxels of {:g} in {} x {} x {}, {} levels, {}", grouped(svo.voxel_count()),
-                  svo.grid.voxel, r.x, r.y, r.z, levels_of(svo), megabytes(svo.bytes()));
+                  svo.grid.voxel, r.x, r.y, r.z, levels_of(svo), size_text(svo.bytes()));
   if (svo.joints > 0) text += fmt::format(", {} joints", svo.joints);
   if (svo.morph_targets > 0) text += fmt::format(", {} morphs", svo.morph_targets);
   return text;
@@ -129,6 +132,12 @@ SvoFileParts memory_parts(const Svo& svo) {
   return parts;
 }
 
+std::vector<SvoPart> memory_list(const SvoFileParts& parts) {
+  std::vector<SvoPart> list = list_parts(parts, 0);
+  list.erase(list.begin());  // the scene
+  return list;
+}
+
 // What the octrees take in memory, and, if they come from a .svo file, in that.
 struct OctreeBytes {
   std::vector<SvoPart> memory, file;
@@ -138,8 +147,7 @@ OctreeBytes octree_bytes(const Scene& scene, const std::string& input) {
   if (scene.octrees.empty()) return bytes;
   SvoFileParts sum;
   for (const Svo& svo : scene.octrees) sum.add(memory_parts(svo));
-  bytes.memory = list_parts(sum, 0);
-  bytes.memory.erase(bytes.memory.begin());  // the scene
+  bytes.memory = memory_list(sum);
   if (extension_of(input) == ".svo") bytes.file = svo_parts(input).value_or(bytes.file);
   return bytes;
 }
@@ -150,15 +158,15 @@ Json parts_json(const std::vector<SvoPart>& parts) {
   return out;
 }
 
-// "17.05 MB: tables 0.12 MB, ..., 5.63 bytes a voxel"
+// "17.1 MB, 5.63 bytes a voxel, tables 121.1 kB, ..."
 std::string parts_text(const std::vector<SvoPart>& parts, uint64_t voxels) {
   uint64_t sum = 0;
   std::string list;
   for (const SvoPart& part : parts) {
     sum += part.bytes;
-    if (part.bytes > 0) list += fmt::format(", {} {}", part.name, megabytes(part.bytes));
+    if (part.bytes > 0) list += fmt::format(", {} {}", part.name, size_text(part.bytes));
   }
-  return fmt::format("{}, {:.2f} bytes a voxel{}", megabytes(sum),
+  return fmt::format("{}, {:.2f} bytes a voxel{}", size_text(sum),
                      static_cast<double>(sum) / static_cast<double>(std::max<uint64_t>(voxels, 1)),
                      list);
 }
@@ -184,7 +192,7 @@ Json octrees_json(const Scene& scene) {
                        {"joints", svo.joints},
                        {"morphs", svo.morph_targets},
                        {"bytes", svo.bytes()},
-                       {"bytes_by_part", parts_json(list_parts(memory_parts(svo), 0))}});
+                       {"bytes_by_part", parts_json(memory_list(memory_parts(svo)))}});
   }
   return octrees;
 }

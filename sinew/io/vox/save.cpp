@@ -4,10 +4,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
+#include <limits>
 #include <map>
-#include <optional>
-#include <tuple>
 
 #include "sinew/io/output_file.h"
 #include "sinew/io/text.h"
@@ -65,10 +63,11 @@ glm::ivec3 to_z_up(glm::ivec3 v) {
   return {v.x, -v.z - 1, v.y};
 }
 
-using Piece = std::array<int, 3>;  // which 256^3 of the world
-Piece piece_of(glm::ivec3 at) {
-  const auto floor_div = [](int a) { return a >= 0 ? a / 256 : -((-a + 255) / 256); };
-  return {floor_div(at.x), floor_div(at.y), floor_div(at.z)};
+// Which 256^3, counted from an object's lowest corner.
+using Piece = std::array<int, 3>;
+Piece piece_of(glm::ivec3 from_low) {
+  const auto side = static_cast<int>(kVoxModel);
+  return {from_low.x / side, from_low.y / side, from_low.z / side};
 }
 
 // What a .vox file can say of a material.
@@ -270,26 +269,30 @@ void Writer::write_piece(const std::vector<std::vector<FileVoxel>>& frames, glm:
 }
 
 void Writer::write_object(const VoxObject& object, int32_t id) {
-  struct Box {
+  struct Content {
     glm::ivec3 low, high;
+    std::vector<std::vector<FileVoxel>> frames;
   };
-  std::map<Piece, std::pair<Box, std::vector<std::vector<FileVoxel>>>> pieces;
+  std::vector<std::vector<FileVoxel>> frames;
+  glm::ivec3 low(std::numeric_limits<int>::max());
   for (size_t f = 0; f < object.frames.size(); ++f) {
-    for (const FileVoxel& v : voxels_of(object, f)) {
-      const auto [place, is_new] = pieces.try_emplace(piece_of(v.at));
-      auto& [box, frames] = place->second;
-      if (is_new) {
-        box = {v.at, v.at};
-        frames.resize(object.frames.size());
-      }
-      box = {min(box.low, v.at), max(box.high, v.at)};
-      frames[f].push_back(v);
+    for (const FileVoxel& v : frames.emplace_back(voxels_of(object, f))) low = min(low, v.at);
+  }
+  std::map<Piece, Content> pieces;
+  for (size_t f = 0; f < frames.size(); ++f) {
+    for (const FileVoxel& v : frames[f]) {
+      const auto [place, is_new] = pieces.try_emplace(piece_of(v.at - low));
+      Content& content = place->second;
+      if (is_new) content = {v.at, v.at, std::vector<std::vector<FileVoxel>>(frames.size())};
+      content.low = min(content.low, v.at);
+      content.high = max(content.high, v.at);
+      content.frames[f].push_back(v);
     }
   }
   pieces_.clear();
   const int32_t group = next_id_++;
   for (const auto& [place, content] : pieces) {
-    write_piece(content.second, content.first.low, content.first.high);
+    write_piece(content.frames, content.low, content.high);
   }
   write_transform(id, group, object.name, glm::ivec3(0));
   write_group(group, pieces_);
