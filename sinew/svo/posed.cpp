@@ -109,6 +109,8 @@ void PosedSvo::set_pose(const SvoMotion& motion, const Pose& pose) {
     made_.assign(svo.block_count(), 0);
     positions_ = Buffer<vec3>(svo.corner_places.size());
     cofactors_ = Buffer<mat3>(svo.joints > 0 ? svo.corner_places.size() : 0);
+    boxes_.resize(motion.first_block + svo.block_count());
+    boxes_state_ = std::make_unique<std::atomic<uint64_t>>(0);
     epoch_ = 0;
   }
   motion_ = &motion;
@@ -117,17 +119,55 @@ void PosedSvo::set_pose(const SvoMotion& motion, const Pose& pose) {
   if (epoch_ > 0 && svo.joints == 0 && svo.morph_targets == 0) return;
   if (++epoch_ == 0) {
     std::ranges::fill(made_, 0);
+    boxes_state_->store(0);
     epoch_ = 1;
   }
 }
 
-Box PosedSvo::bounds(uint32_t node) const {
+Box PosedSvo::block_bounds(uint32_t block) const {
   Box box;
-  const uint32_t upper = motion_->upper_nodes;
-  const bool above = node < upper;
-  derive_bounds(above ? motion_->upper : motion_->blocks, motion_->shape(), pose_,
-                above ? node : node - upper, std::span(&box, 1));
+  derive_bounds(motion_->blocks, motion_->shape(), pose_, block, std::span(&box, 1));
   return box;
+}
+
+// The whole's, by the regions of its joints: no block is asked.
+Box PosedSvo::root_bounds() const {
+  Box box = derive_body_bounds(motion_->blocks, motion_->shape(), pose_);
+  if (motion_->first_block > 0) return box;
+  const Box block = block_bounds(0);  // the root is a block
+  return {glm::max(box.min, block.min), glm::min(box.max, block.max)};
+}
+
+// The slow way to what fill_boxes() writes.
+Box PosedSvo::union_below(uint32_t node) const {
+  if (node >= motion_->first_block) return block_bounds(node - motion_->first_block);
+  const SvoNode& parent = svo().nodes[node];
+  Box box;
+  for (uint32_t c = 0; c < parent.count; ++c) box.extend(union_below(parent.first + c));
+  return box;
+}
+
+void PosedSvo::fill_boxes() const {
+  const uint32_t first = motion_->first_block;
+  derive_bounds(motion_->blocks, motion_->shape(), pose_, 0, std::span(boxes_).subspan(first));
+  for (uint32_t node = first; node-- > 0;) {
+    const SvoNode& parent = svo().nodes[node];
+    boxes_[node] = {};
+    for (uint32_t c = 0; c < parent.count; ++c) boxes_[node].extend(boxes_[parent.first + c]);
+  }
+}
+
+Box PosedSvo::bounds(uint32_t node) const {
+  if (node == 0) return root_bounds();
+  const uint64_t filling = uint64_t{epoch_} * 2, filled = filling + 1;
+  uint64_t state = boxes_state_->load(std::memory_order_acquire);
+  if (state == filled) return boxes_[node];
+  // Nobody waits for who fills them.
+  if (state == filling) return union_below(node);
+  if (!boxes_state_->compare_exchange_strong(state, filling)) return union_below(node);
+  fill_boxes();
+  boxes_state_->store(filled, std::memory_order_release);
+  return boxes_[node];
 }
 
 void PosedSvo::make_block(uint32_t block) {

@@ -2,6 +2,7 @@
 // pose alone, and a block's corners are moved when somebody looks at it, once a pose.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -16,17 +17,15 @@
 
 namespace sinew {
 
-// What is made of an octree once, so that its poses cost little: boxes of blocks and of the nodes
-// above them as functions of the pose (see motion/clusters.h), by the nodes' order.
+// What is made of an octree once, so that its poses cost little: boxes of blocks, and of the whole,
+// as functions of the pose (see motion/clusters.h).
 struct SvoMotion {
-  const Svo* svo = nullptr;  // must outlive it
-  uint32_t upper_nodes = 0;  // how many are of levels above kBlockLevel
-  ClusterBounds upper;       // a cluster for each of these, not split: that takes long for so many
-                             // corners
-  ClusterBounds blocks;      // a cluster for each block
-  std::vector<vec3> sizes;   // one a morph target: what shape() shows
+  const Svo* svo = nullptr;     // must outlive it
+  uint32_t first_block = 0;     // node of block 0: before it are those of levels above kBlockLevel
+  ClusterBounds blocks;         // a cluster for each block
+  std::vector<vec3> no_deltas;  // one a morph target: what shape() shows
 
-  // A motion of the kind that `bounds` was made of, without its corners.
+  // A motion of the kind that `blocks` was made of, without its corners.
   Motion shape() const;
 };
 SvoMotion make_svo_motion(const Svo& svo);
@@ -50,7 +49,9 @@ class PosedSvo {
   const Pose& pose() const { return pose_; }
 
   // Contains every corner of every cell below the node, as make_block computes them, in the
-  // object's space. The node must be of level kBlockLevel or above.
+  // object's space. The node must be of level kBlockLevel or above. The root's box takes a
+  // microsecond or two; the first one who asks for another in a pose makes them all, 0.2
+  // microseconds a block. Any number of threads may ask.
   Box bounds(uint32_t node) const;
 
   // Moves the corners of the block if that has not been done in this pose. Different blocks may be
@@ -63,12 +64,21 @@ class PosedSvo {
   uint32_t blocks_made() const;  // in this pose
 
  private:
+  Box root_bounds() const;
+  Box block_bounds(uint32_t block) const;
+  Box union_below(uint32_t node) const;
+  void fill_boxes() const;
+
   const SvoMotion* motion_ = nullptr;
   Pose pose_;
   uint32_t epoch_ = 0;
   std::vector<uint32_t> made_;  // epoch, one a block
   Buffer<vec3> positions_;      // memory is touched only for blocks that are made
   Buffer<mat3> cofactors_;
+  // Of the nodes of levels kBlockLevel and above, once `boxes_state_` is 2 * epoch + 1; while
+  // somebody fills them, it is 2 * epoch.
+  mutable std::vector<Box> boxes_;
+  std::unique_ptr<std::atomic<uint64_t>> boxes_state_;
 };
 
 // The skin lattice as a map: where the point at `local` (0..1 along each axis of the cell) goes.

@@ -1,6 +1,6 @@
-// What bounds an octree's nodes in every pose: its corners as vertices of a Motion, clustered by
-// the nodes that they are under.
-#include <limits>
+// What bounds an octree's blocks in every pose: its corners as vertices of a Motion, a cluster a
+// block.
+#include <numeric>
 
 #include "sinew/svo/corners.h"
 #include "sinew/svo/posed.h"
@@ -67,48 +67,18 @@ Motion motion_of(const Svo& svo, const CornerVertices& corners) {
   return RigidMotion{corners.rest};
 }
 
-// The blocks under each node of kBlockLevel and above: a range, because both are in Morton order.
-struct NodeBlocks {
-  std::vector<uint32_t> first, end;  // one a node
-};
-
-NodeBlocks blocks_of_nodes(const Svo& svo) {
-  const uint32_t first_block = svo.first_block_node(), count = first_block + svo.block_count();
-  NodeBlocks out{std::vector<uint32_t>(count), std::vector<uint32_t>(count)};
-  for (uint32_t n = count; n-- > 0;) {
-    const SvoNode& node = svo.nodes[n];
-    const bool is_block = node.level == kBlockLevel;
-    out.first[n] = is_block ? n - first_block : out.first[node.first];
-    out.end[n] = is_block ? n - first_block + 1 : out.end[node.first + node.count - 1];
-  }
-  return out;
-}
-
-// One cluster a node of [begin, end).
-ClusterBounds bounds_of(const Svo& svo, const Motion& motion, const NodeBlocks& blocks,
-                        size_t begin, size_t end, const ClusterConfig& config) {
-  std::vector<uint32_t> first{0}, vertices;
-  for (size_t n = begin; n < end; ++n) {
-    const uint32_t from = svo.blocks[blocks.first[n]].first_corner;
-    const uint32_t to = svo.blocks[blocks.end[n]].first_corner;
-    for (uint32_t corner = from; corner < to; ++corner) vertices.push_back(corner);
-    first.push_back(static_cast<uint32_t>(vertices.size()));
-  }
-  return make_cluster_bounds(motion, {first, vertices}, config);
-}
-
 }  // namespace
 
 SvoMotion make_svo_motion(const Svo& svo) {
   SvoMotion out;
   out.svo = &svo;
-  out.sizes.resize(svo.morph_targets);
-  out.upper_nodes = svo.first_block_node();
+  out.first_block = svo.first_block_node();
+  out.no_deltas.resize(svo.morph_targets);
   const CornerVertices corners = decode(svo);
-  const Motion motion = motion_of(svo, corners);
-  const NodeBlocks blocks = blocks_of_nodes(svo);
-  out.upper = bounds_of(svo, motion, blocks, 0, out.upper_nodes, {.most_pieces = 1});
-  out.blocks = bounds_of(svo, motion, blocks, out.upper_nodes, blocks.first.size(), {});
+  std::vector<uint32_t> first, vertices(corners.rest.size());
+  for (const SvoBlock& block : svo.blocks) first.push_back(block.first_corner);
+  std::iota(vertices.begin(), vertices.end(), 0u);
+  out.blocks = make_cluster_bounds(motion_of(svo, corners), {first, vertices});
   return out;
 }
 
@@ -117,7 +87,7 @@ Motion SvoMotion::shape() const {
   SkinMotion skin;
   skin.influences = svo->joints > 0 ? kSvoInfluences : 0;
   skin.joint_count = svo->joints;
-  if (svo->morph_targets > 0) return MorphMotion{kRest, sizes, skin};
+  if (svo->morph_targets > 0) return MorphMotion{kRest, no_deltas, skin};
   if (svo->joints > 0) return skin;
   return RigidMotion{};
 }

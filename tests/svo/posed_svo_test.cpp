@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sinew/base/parallel.h"
 #include "sinew/svo/corners.h"
 #include "svo/skinned_shape.h"
 
@@ -110,6 +111,29 @@ TEST(PosedSvo, CornersAreTheirMotionsAndBoxesContainThem) {
       for (uint32_t n = 0; n < exact.size(); ++n) {
         ASSERT_TRUE(posed.bounds(n).contains(exact[n])) << "round " << round << " node " << n;
       }
+    }
+  }
+}
+
+TEST(PosedSvo, ManyThreadsMayAskForBoxes) {
+  SkinnedShape body = twisted_body(false);
+  const Svo svo = *make_svo(*body.voxelized(200), body.source());
+  const SvoMotion motion = make_svo_motion(svo);
+  const uint32_t nodes = svo.first_block_node() + svo.block_count();
+  PosedSvo posed;
+  Random random(31);
+  for (int round = 0; round < 50; ++round) {
+    const std::vector<Affine> joints = test::random_joints(body.joint_count, random);
+    Pose pose;
+    pose.joints = joints;
+    posed.set_pose(motion, pose);
+    std::vector<Box> boxes(nodes);
+    parallel_for(nodes, 1, [&](size_t begin, size_t) {
+      boxes[begin] = posed.bounds(static_cast<uint32_t>(begin));
+    });
+    for (uint32_t n = 0; n < nodes; ++n) {
+      EXPECT_EQ(boxes[n].min, posed.bounds(n).min);
+      EXPECT_EQ(boxes[n].max, posed.bounds(n).max);
     }
   }
 }
