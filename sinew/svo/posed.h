@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sinew/base/buffer.h"
 #include "sinew/base/error.h"
 #include "sinew/math/box.h"
 #include "sinew/motion/clusters.h"
@@ -20,6 +21,10 @@ namespace sinew {
 struct SvoMotion {
   const Svo* svo = nullptr;  // must outlive it
   ClusterBounds bounds;      // a cluster for each node of level kBlockLevel and above
+  std::vector<vec3> sizes;   // one a morph target: what shape() shows
+
+  // A motion of the kind that `bounds` was made of, without its corners.
+  Motion shape() const;
 };
 SvoMotion make_svo_motion(const Svo& svo);
 
@@ -59,8 +64,8 @@ class PosedSvo {
   Pose pose_;
   uint32_t epoch_ = 0;
   std::vector<uint32_t> made_;  // epoch, one a block
-  std::vector<vec3> positions_;
-  std::vector<mat3> cofactors_;
+  Buffer<vec3> positions_;  // memory is touched only for blocks that are made
+  Buffer<mat3> cofactors_;
 };
 
 // The skin lattice as a map: where the point at `local` (0..1 along each axis of the cell) goes.

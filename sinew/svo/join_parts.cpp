@@ -1,0 +1,227 @@
+// Parts of blocks -> one octree: offsets, copies in parallel, and the inner nodes from the cells
+// up.
+#include <algorithm>
+
+#include "sinew/base/parallel.h"
+#include "sinew/svo/block_part.h"
+#include "sinew/svo/visibility.h"
+
+namespace sinew {
+namespace {
+
+// Nodes of one level in Morton order.
+struct NodeRow {
+  std::vector<SvoNode> nodes;
+  std::vector<uint64_t> mortons;
+  std::vector<AttributeSum> sums;
+
+  // Adds a child, the `index`th of its row, to the node that holds it: the last one, or a new one.
+  void add_child(uint64_t morton, uint32_t level, uint32_t index, const AttributeSum& sum) {
+    if (mortons.empty() || mortons.back() != morton) {
+      nodes.push_back({index, 0, static_cast<uint8_t>(level)});
+      mortons.push_back(morton);
+      sums.emplace_back();
+    }
+    ++nodes.back().count;
+    sums.back().add(sum);
+  }
+};
+
+NodeRow row_above_cells(std::span<const BlockPart> parts) {
+  NodeRow row;
+  uint32_t index = 0;
+  for (const BlockPart& part : parts) {
+    for (size_t c = 0; c < part.cells.size(); ++c) {
+      const uint64_t cell = part.morton << 9 | cell_order().of_place[part.cells[c].place];
+      row.add_child(cell >> 3, kCellLevel + 1, index++, part.sums[c]);
+    }
+  }
+  return row;
+}
+
+NodeRow row_above(const NodeRow& below) {
+  NodeRow row;
+  const uint32_t level = below.nodes.front().level + 1u;
+  for (uint32_t i = 0; i < below.nodes.size(); ++i) {
+    row.add_child(below.mortons[i] >> 3, level, i, below.sums[i]);
+  }
+  return row;
+}
+
+// From the root down; children are counted from the beginning of all nodes.
+void make_nodes(std::span<const BlockPart> parts, Svo& svo) {
+  std::vector<NodeRow> rows{row_above_cells(parts)};
+  while (rows.back().nodes.front().level < svo.root_level) rows.push_back(row_above(rows.back()));
+  for (size_t r = rows.size(); r-- > 0;) {
+    const NodeRow& row = rows[r];
+    const uint32_t below = static_cast<uint32_t>(svo.nodes.size() + row.nodes.size());
+    for (size_t i = 0; i < row.nodes.size(); ++i) {
+      SvoNode node = row.nodes[i];
+      if (r > 0) node.first += below;
+      svo.nodes.push_back(node);
+      const PackedMean mean = mean_of(row.sums[i]);
+      svo.node_level.normals.push_back(mean.normal);
+      svo.node_level.colors.push_back(mean.color);
+      svo.node_level.spreads.push_back(mean.spread);
+    }
+  }
+}
+
+// Where the block's part of each buffer begins, in 64 bits.
+struct Offsets {
+  uint64_t cells = 0, corners = 0, bricks = 0, voxels[3] = {}, joints = 0, targets = 0, deltas = 0;
+
+  uint64_t largest() const {
+    return std::max(
+        {cells, corners, bricks, voxels[0], voxels[1], voxels[2], joints, targets, deltas});
+  }
+};
+
+// The joints that move corners of a part, rising.
+std::vector<uint16_t> palette_of(const BlockPart& part) {
+  std::vector<uint16_t> palette;
+  for (const PartCorner& corner : part.corners) {
+    for (uint32_t k = 0; k < kSvoInfluences; ++k) {
+      if (corner.weights[k] > 0) palette.push_back(corner.joints[k]);
+    }
+  }
+  std::ranges::sort(palette);
+  palette.erase(std::unique(palette.begin(), palette.end()), palette.end());
+  return palette;
+}
+
+Offsets after(const Offsets& at, const BlockPart& part, size_t joints) {
+  Offsets next = at;
+  next.cells += part.cells.size();
+  next.corners += part.corners.size();
+  next.bricks += part.bricks.size();
+  for (int level = 0; level < 3; ++level) next.voxels[level] += part.levels[level].normals.size();
+  next.joints += joints;
+  next.targets += part.targets.size();
+  next.deltas += part.deltas.size();
+  return next;
+}
+
+SvoBlock block_at(const Offsets& at, uint64_t morton) {
+  const uvec3 place = voxel_of(morton);
+  SvoBlock block;
+  block.x = static_cast<uint16_t>(place.x);
+  block.y = static_cast<uint16_t>(place.y);
+  block.z = static_cast<uint16_t>(place.z);
+  block.first_cell = static_cast<uint32_t>(at.cells);
+  block.first_corner = static_cast<uint32_t>(at.corners);
+  block.first_brick = static_cast<uint32_t>(at.bricks);
+  for (int i = 0; i < 3; ++i) block.first_voxel[i] = static_cast<uint32_t>(at.voxels[i]);
+  block.first_joint = static_cast<uint32_t>(at.joints);
+  block.first_target = static_cast<uint32_t>(at.targets);
+  return block;
+}
+
+void resize(SvoLevel& level, size_t size, bool spreads) {
+  level.normals.resize(size);
+  level.colors.resize(size);
+  if (spreads) level.spreads.resize(size);
+}
+
+void resize(const SvoFrame& frame, const Offsets& end, Svo& svo) {
+  svo.cells.resize(end.cells);
+  svo.bricks.resize(end.bricks);
+  for (int i = 0; i < 3; ++i) resize(svo.levels[i], end.voxels[i], i > 0);
+  resize(svo.cell_level, end.cells, true);
+  svo.corner_places.resize(end.corners);
+  svo.targets.resize(end.targets);
+  svo.deltas.resize(end.deltas);
+  if (frame.joints == 0) return;
+  svo.corner_joints.resize(end.corners);
+  svo.corner_weights.resize(end.corners);
+  svo.joint_palette.resize(end.joints);
+}
+
+void copy_level(const SvoLevel& from, size_t at, SvoLevel& to) {
+  std::ranges::copy(from.normals, to.normals.begin() + static_cast<ptrdiff_t>(at));
+  std::ranges::copy(from.colors, to.colors.begin() + static_cast<ptrdiff_t>(at));
+  std::ranges::copy(from.spreads, to.spreads.begin() + static_cast<ptrdiff_t>(at));
+}
+
+void copy_corners(const BlockPart& part, std::span<const uint16_t> palette, const Offsets& at,
+                  Svo& svo) {
+  for (size_t i = 0; i < part.corners.size(); ++i) {
+    const PartCorner& corner = part.corners[i];
+    svo.corner_places[at.corners + i] = corner.place;
+    if (svo.joints == 0) continue;
+    for (uint32_t k = 0; k < kSvoInfluences; ++k) {
+      const auto found = std::ranges::lower_bound(palette, corner.joints[k]);
+      svo.corner_joints[at.corners + i][k] =
+          corner.weights[k] > 0 ? static_cast<uint8_t>(found - palette.begin()) : uint8_t{0};
+    }
+    svo.corner_weights[at.corners + i] = corner.weights;
+  }
+  if (svo.joints == 0) return;
+  std::ranges::copy(palette, svo.joint_palette.begin() + static_cast<ptrdiff_t>(at.joints));
+}
+
+void copy_part(const BlockPart& part, std::span<const uint16_t> palette, const Offsets& at,
+               std::span<const float> units, Svo& svo) {
+  const auto offset = [](uint64_t place) { return static_cast<ptrdiff_t>(place); };
+  std::ranges::copy(part.cells, svo.cells.begin() + offset(at.cells));
+  std::ranges::copy(part.bricks, svo.bricks.begin() + offset(at.bricks));
+  for (int level = 0; level < 3; ++level) {
+    copy_level(part.levels[level], at.voxels[level], svo.levels[level]);
+  }
+  copy_level(part.cell_level, at.cells, svo.cell_level);
+  copy_corners(part, palette, at, svo);
+  std::ranges::copy(part.deltas, svo.deltas.begin() + offset(at.deltas));
+  for (size_t t = 0; t < part.targets.size(); ++t) {
+    svo.targets[at.targets + t] = {part.targets[t], units[part.targets[t]],
+                                   static_cast<uint32_t>(at.deltas + t * part.corners.size())};
+  }
+}
+
+tl::unexpected<Error> too_large(const char* what) {
+  return fail({ErrorKind::bad_input,
+               {},
+               {},
+               std::string("the octree has too many ") + what,
+               "choose a lower resolution"});
+}
+
+uint32_t level_that_holds(uvec3 resolution) {
+  const uint32_t longest = std::max({resolution.x, resolution.y, resolution.z, 1u});
+  return std::max<uint32_t>(kBlockLevel, std::bit_width(longest - 1));
+}
+
+}  // namespace
+
+Result<Svo> join_parts(const SvoFrame& frame, std::span<const BlockPart> parts) {
+  std::vector<std::vector<uint16_t>> palettes(parts.size());
+  if (frame.joints > 0) {
+    parallel_for(parts.size(), 4, [&](size_t begin, size_t end) {
+      for (size_t b = begin; b < end; ++b) palettes[b] = palette_of(parts[b]);
+    });
+  }
+  std::vector<Offsets> at(parts.size() + 1);
+  for (size_t b = 0; b < parts.size(); ++b) {
+    if (palettes[b].size() > 256) return too_large("joints in one block");
+    at[b + 1] = after(at[b], parts[b], palettes[b].size());
+  }
+  const Offsets& end = at.back();
+  if (end.largest() > 0xffffffffu) return too_large("voxels");
+  Svo svo;
+  svo.grid = frame.grid;
+  svo.joints = frame.joints;
+  svo.morph_targets = frame.morph_targets;
+  svo.morph_weights.assign(frame.morph_targets, 0.0f);
+  svo.root_level = level_that_holds(frame.grid.resolution);
+  if (parts.empty()) return svo;
+  make_nodes(parts, svo);
+  if (svo.nodes.size() + end.cells > kMostUnits) return too_large("cells");
+  for (size_t b = 0; b < parts.size(); ++b) svo.blocks.push_back(block_at(at[b], parts[b].morton));
+  svo.blocks.push_back(block_at(end, 0));
+  resize(frame, end, svo);
+  parallel_for(parts.size(), 4, [&](size_t begin, size_t stop) {
+    for (size_t b = begin; b < stop; ++b) copy_part(parts[b], palettes[b], at[b], frame.units, svo);
+  });
+  return svo;
+}
+
+}  // namespace sinew
