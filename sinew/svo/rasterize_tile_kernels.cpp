@@ -1,0 +1,254 @@
+// A tile: hierarchical z in two phases, and the way of drawing each cell.
+// Two phases after: N. Greene, M. Kass, G. Miller, "Hierarchical Z-Buffer Visibility", 1993,
+// section 4 (temporal coherence). Hidden is only what lies behind all pixels that it might cover,
+// so it changes no pixel, and the picture does not depend on what was seen before.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sinew/svo/rasterize_tile_kernels.cpp"
+#define HWY_WANT_AVX3_DL  // for its compress of 16-bit values
+// clang-format off
+#include "sinew/base/simd.h"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+// clang-format on
+
+#include <atomic>
+
+#include "sinew/svo/rasterize_dense-inl.h"
+#include "sinew/svo/rasterize_kernels.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sinew {
+namespace HWY_NAMESPACE {
+
+// The farthest depth in squares of the tile.
+struct FarDepths {
+  static constexpr int kSquare = 8, kSide = static_cast<int>(kTileSide) / kSquare;
+  float far[kSide][kSide];
+};
+
+HWY_INLINE void update(const TilePlanes& planes, FarDepths& out) {
+  const Df d;
+  for (int row = 0; row < FarDepths::kSide; ++row) {
+    for (int x = 0; x < static_cast<int>(kTileSide); x += static_cast<int>(lanes())) {
+      Vf most = hn::Zero(d);
+      for (int y = 0; y < FarDepths::kSquare; ++y) {
+        const int at = (row * FarDepths::kSquare + y) * static_cast<int>(kTileSide) + x;
+        most = hn::Max(most, hn::LoadU(d, planes.depth + at));
+      }
+      alignas(64) float values[16];
+      hn::Store(most, d, values);
+      for (int i = 0; i < static_cast<int>(lanes()); ++i) {
+        float& square = out.far[row][(x + i) / FarDepths::kSquare];
+        const bool first = (x + i) % FarDepths::kSquare == 0;
+        square = first ? values[i] : std::max(square, values[i]);
+      }
+    }
+  }
+}
+
+HWY_INLINE bool is_hidden(const TileJob& job, const RasterCell& cell, const FarDepths& depths) {
+  const TileBox box = clip_to_tile(job, cell.x0, cell.y0, cell.x1, cell.y1);
+  for (int y = box.y0 / FarDepths::kSquare; y <= box.y1 / FarDepths::kSquare; ++y) {
+    for (int x = box.x0 / FarDepths::kSquare; x <= box.x1 / FarDepths::kSquare; ++x) {
+      if (!(cell.near_depth > depths.far[y][x])) return false;
+    }
+  }
+  return true;
+}
+
+HWY_INLINE bool was_seen(const uint64_t* seen, uint32_t unit) {
+  return (seen[unit >> 6] >> (unit & 63) & 1) != 0;
+}
+
+// Different tiles see the same cells.
+HWY_INLINE void set_seen(uint64_t* seen, uint32_t unit) {
+  std::atomic_ref<uint64_t> word(seen[unit >> 6]);
+  const uint64_t bit = uint64_t{1} << (unit & 63);
+  if ((word.load(std::memory_order_relaxed) & bit) == 0) {
+    word.fetch_or(bit, std::memory_order_relaxed);
+  }
+}
+
+struct TileBuffers {
+  TilePlanes planes;
+  DensePlanes dense;
+  Spots spots;
+  FarDepths far;
+};
+
+// Voxels of a cell that crosses the near plane.
+template <bool kKeys>
+HWY_NOINLINE void draw_near(const TileJob& job, const RasterCell& cell, const RasterBlock& block,
+                            uint32_t id, const Spots& spots, TilePlanes& planes) {
+  const SvoCell& lattice = block.svo->cells[cell.cell];
+  for (uint32_t i = 0; i < spots.count; ++i) {
+    const VoxelCode code = code_of_spot(spots.spot[i], cell.level);
+    ClipPoint corners[8];
+    voxel_corners(job.points + block.first_corner, lattice, code, corners);
+    const ScreenBox box = project_hull(corners, job.near, job.perspective, block.reach);
+    if (!box.seen()) continue;
+    const PixelRange x = pixel_range(box.x0, box.x1), y = pixel_range(box.y0, box.y1);
+    if (x.empty() || y.empty()) continue;
+    const TileBox pixels = clip_to_tile(job, x.first, y.first, x.last, y.last);
+    if (pixels.empty()) continue;
+    float middle = 0.0f;
+    for (const ClipPoint& corner : corners) middle += 0.125f * corner.depth;
+    put_box<kKeys>(planes, pixels,
+                   std::clamp(middle, std::max(box.near_depth, cell.near_depth), box.far_depth),
+                   id | code);
+  }
+}
+
+template <bool kKeys>
+HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffers,
+                          TileCounts& counts) {
+  const RasterCell& cell = job.cells[job.list[place]];
+  const uint32_t id = (place + 1) << 10;
+  if (cell.path == RasterPath::rectangle) {
+    const TileBox box = clip_to_tile(job, cell.x0, cell.y0, cell.x1, cell.y1);
+    const uint32_t code = cell.block == kNoBlock ? 0 : kFirstCode[cell.level];
+    put_box<kKeys>(buffers.planes, box, cell.near_depth, id | code);
+    counts.voxels += 1;
+    counts.nodes += cell.block == kNoBlock ? 1 : 0;
+    return;
+  }
+  const RasterBlock& block = job.blocks[cell.block];
+  const SvoCell& lattice = block.svo->cells[cell.cell];
+  Spots& spots = buffers.spots;
+  list_spots(*block.svo, block.svo->blocks[block.block], lattice, cell.level, spots);
+  counts.voxels += spots.count;
+  counts.leaves += cell.level == 0 ? spots.count : 0;
+  if (cell.path == RasterPath::near) {
+    return draw_near<kKeys>(job, cell, block, id, spots, buffers.planes);
+  }
+  DenseShape shape;
+  const bool dense = cell.level < 2 && is_dense(cell, shape);
+  const CellMap map = map_of(job.points + block.first_corner, lattice.corner, cell.level,
+                             job.perspective, static_cast<float>(cell.x0) + 0.5f + cell.half_x,
+                             static_cast<float>(cell.y0) + 0.5f + cell.half_y);
+  if (dense) {
+    draw_dense<kKeys>(job, cell, shape, map, spots, id, buffers.dense, buffers.planes);
+  } else {
+    draw_boxes<kKeys>(job, cell, map, spots, id, buffers.planes);
+  }
+}
+
+// Draws a part of the list that ids suffice for.
+template <bool kKeys>
+HWY_INLINE void draw_list(const TileJob& job, TileBuffers& buffers, TileCounts& counts) {
+  const bool occlusion = job.settings->occlusion;
+  // The cells of the first phase, then, from the end backwards, those of the second.
+  uint32_t first = 0, second = job.count;
+  for (uint32_t i = 0; i < job.count; ++i) {
+    const bool now = !occlusion || was_seen(job.seen_before, job.cells[job.list[i]].unit);
+    job.order[now ? first++ : --second] = i;
+  }
+  std::reverse(job.order + second, job.order + job.count);
+  if (job.settings->front_to_back) sort_front_to_back(job, first);
+  for (uint32_t i = 0; i < first; ++i) draw_cell<kKeys>(job, job.order[i], buffers, counts);
+  // Depths are looked at anew every so often: that costs about as much as one cell.
+  constexpr uint32_t kRenew = 64;
+  uint32_t drawn = kRenew;
+  for (uint32_t i = first; i < job.count; ++i) {
+    if (drawn == kRenew) {
+      update(buffers.planes, buffers.far);
+      drawn = 0;
+    }
+    if (is_hidden(job, job.cells[job.list[job.order[i]]], buffers.far)) {
+      ++counts.cells_hidden;
+      continue;
+    }
+    draw_cell<kKeys>(job, job.order[i], buffers, counts);
+    ++drawn;
+  }
+}
+
+// Depths name no cells: what is not hidden now counts as seen.
+HWY_INLINE void note_seen(const TileJob& job, TileBuffers& buffers) {
+  update(buffers.planes, buffers.far);
+  for (uint32_t i = 0; i < job.count; ++i) {
+    const RasterCell& cell = job.cells[job.list[i]];
+    if (!is_hidden(job, cell, buffers.far)) set_seen(job.seen_now, cell.unit);
+  }
+}
+
+// Names what won, and notes that it was seen. Ids are used up.
+HWY_INLINE void resolve(const TileJob& job, TilePlanes& planes) {
+  uint32_t last = 0;
+  VisibilityKey unit = 0;
+  for (uint32_t y = 0; y < job.height; ++y) {
+    VisibilityKey* const out = job.keys + size_t{y} * job.stride;
+    for (uint32_t x = 0; x < job.width; ++x) {
+      const uint32_t id = planes.id[y * kTileSide + x];
+      if (id == 0) continue;
+      if (id >> 10 != last) {
+        last = id >> 10;
+        const uint32_t whole = job.cells[job.list[last - 1]].unit;
+        unit = VisibilityKey{whole} << 10;
+        set_seen(job.seen_now, whole);
+      }
+      const uint32_t bits = std::bit_cast<uint32_t>(planes.depth[y * kTileSide + x]);
+      out[x] = VisibilityKey{bits >> 4} << 37 | unit | (id & 1023);
+      planes.id[y * kTileSide + x] = 0;
+    }
+  }
+}
+
+HWY_INLINE void write_depth(const TileJob& job, const TilePlanes& planes) {
+  for (uint32_t y = 0; y < job.height; ++y) {
+    std::memcpy(job.depth + size_t{y} * job.stride, planes.depth + y * kTileSide,
+                job.width * sizeof(float));
+  }
+}
+
+template <bool kKeys>
+HWY_INLINE TileCounts draw(const TileJob& job) {
+  TileBuffers buffers;
+  clear(job, buffers.planes);
+  clear(buffers.dense);
+  TileCounts counts;
+  if (kKeys) {
+    for (uint32_t y = 0; y < job.height; ++y) {
+      std::fill_n(job.keys + size_t{y} * job.stride, job.width, kNothing);
+    }
+  }
+  for (uint32_t at = 0; at < job.count; at += kMostListed) {
+    TileJob part = job;
+    part.list = job.list + at;
+    part.order = job.order + at;
+    part.count = std::min(job.count - at, kMostListed);
+    draw_list<kKeys>(part, buffers, counts);
+    if (kKeys) {
+      resolve(part, buffers.planes);
+    } else if (job.settings->occlusion) {
+      note_seen(part, buffers);
+    }
+  }
+  if (!kKeys) write_depth(job, buffers.planes);
+  return counts;
+}
+
+TileCounts draw_keys_kernel(const TileJob& job) {
+  return draw<true>(job);
+}
+TileCounts draw_depth_kernel(const TileJob& job) {
+  return draw<false>(job);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sinew
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sinew {
+
+HWY_EXPORT(draw_keys_kernel);
+HWY_EXPORT(draw_depth_kernel);
+
+TileCounts draw_tile(const TileJob& job) {
+  return job.keys != nullptr ? HWY_DYNAMIC_DISPATCH(draw_keys_kernel)(job)
+                             : HWY_DYNAMIC_DISPATCH(draw_depth_kernel)(job);
+}
+
+}  // namespace sinew
+#endif

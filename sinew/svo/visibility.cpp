@@ -1,0 +1,101 @@
+// What a key of the picture names, looked up from scratch.
+#include "sinew/svo/visibility.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "sinew/base/check.h"
+
+namespace sinew {
+namespace {
+
+// The last of `items`, sorted by `first`, that begins at or before `index`.
+template <class Items, class First>
+uint32_t holder_of(const Items& items, uint32_t index, const First& first) {
+  const auto found =
+      std::upper_bound(items.begin(), items.end(), index,
+                       [&](uint32_t i, const auto& item) { return i < first(item); });
+  SINEW_CHECK(found != items.begin());
+  return static_cast<uint32_t>(found - items.begin()) - 1;
+}
+
+// Side of a unit cube of the object in the world.
+float scale_of(const Affine& placement) {
+  return std::cbrt(std::abs(glm::determinant(linear_part(placement))));
+}
+
+vec3 unit_or_up(vec3 v) {
+  const float l = length(v);
+  return l > 0.0f ? v / l : vec3(0.0f, 0.0f, 1.0f);
+}
+
+struct Attributes {
+  vec3 normal{0.0f}, color{0.0f};
+  float spread = 1.0f;
+};
+Attributes attributes_of(const SvoLevel& level, uint32_t index) {
+  return {unpack_normal(level.normals[index]), unpack_color(level.colors[index]),
+          level.spreads.empty() ? 1.0f : static_cast<float>(level.spreads[index]) / 255.0f};
+}
+
+void set_attributes(const Attributes& a, const mat3& normal_map, VoxelSample& out) {
+  out.normal = unit_or_up(normal_map * a.normal);
+  out.color = a.color;
+  out.spread = a.spread;
+}
+
+uint32_t first_cell_below(const Svo& svo, uint32_t node) {
+  while (svo.nodes[node].level > kCellLevel + 1) node = svo.nodes[node].first;
+  return svo.nodes[node].first;
+}
+
+void sample_cell(const VoxelInstance& body, uint32_t c, VoxelSample& out) {
+  const Svo& svo = body.posed->svo();
+  const std::span<const SvoBlock> blocks(svo.blocks.data(), svo.block_count());
+  const uint32_t b = holder_of(blocks, c, [](const SvoBlock& block) { return block.first_cell; });
+  const SvoCell& cell = svo.cells[c];
+  const PosedBlock posed = body.posed->block(b);
+  const VoxelPlace place = place_of(out.code);
+  const vec3 local =
+      (vec3(place.min) + 0.5f * static_cast<float>(place.side)) / static_cast<float>(kCellSide);
+  out.level = level_of(out.code);
+  out.material = cell.material;
+  out.position = transform_point(body.placement, map_point(cell, posed, local));
+  out.size = static_cast<float>(place.side) * svo.grid.voxel * scale_of(body.placement);
+  const Attributes a =
+      out.level == kCellLevel
+          ? attributes_of(svo.cell_level, c)
+          : attributes_of(svo.levels[out.level], voxel_index(svo, blocks[b], cell, out.code));
+  set_attributes(a, cofactor(body.placement) * map_normals(cell, posed, local), out);
+}
+
+// Nodes are drawn where they are at most a pixel: their normals are carried by the placement alone.
+void sample_node(const VoxelInstance& body, uint32_t n, VoxelSample& out) {
+  const Svo& svo = body.posed->svo();
+  out.level = svo.nodes[n].level;
+  out.material = svo.cells[first_cell_below(svo, n)].material;
+  out.position = transform_point(body.placement, body.posed->bounds(n).center());
+  out.size = static_cast<float>(1u << out.level) * svo.grid.voxel * scale_of(body.placement);
+  set_attributes(attributes_of(svo.node_level, n), cofactor(body.placement), out);
+}
+
+}  // namespace
+
+VoxelSample sample_voxel(std::span<const VoxelInstance> instances, VisibilityKey key) {
+  SINEW_CHECK(key != kNothing);
+  VoxelSample out;
+  out.instance = holder_of(instances, key_unit(key),
+                           [](const VoxelInstance& body) { return body.first_unit; });
+  const VoxelInstance& body = instances[out.instance];
+  out.unit = key_unit(key) - body.first_unit;
+  out.code = key_code(key);
+  const uint32_t cells = static_cast<uint32_t>(body.posed->svo().cells.size());
+  if (out.unit < cells) {
+    sample_cell(body, out.unit, out);
+  } else {
+    sample_node(body, out.unit - cells, out);
+  }
+  return out;
+}
+
+}  // namespace sinew
