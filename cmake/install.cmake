@@ -70,5 +70,5 @@ set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libsinew-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-    "libglm-dev, libexpected-dev, libtbb-dev, libhwy-dev, libfmt-dev, libpng-dev, libjpeg62-turbo-dev, libwebp-dev, libopenexr-dev, libdraco-dev, libmeshoptimizer-dev")
+    "libglm-dev, libexpected-dev, libtbb-dev, libhwy-dev, libfmt-dev, libpng-dev, libjpeg62-turbo-dev, libwebp-dev, libzstd-dev, libopenexr-dev, libdraco-dev, libmeshoptimizer-dev")
 include(CPack)

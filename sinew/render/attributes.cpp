@@ -48,6 +48,11 @@ uint64_t identity_of(const Scene& scene) {
     mix(mesh.normals.size());
   }
   for (const Image8& image : scene.images) mix_address(image.pixels.data());
+  mix(scene.voxels.size());
+  for (const Svo& svo : scene.octrees) {
+    mix_address(svo.cells.data());
+    mix(svo.cells.size());
+  }
   return h;
 }
 

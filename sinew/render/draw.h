@@ -14,15 +14,22 @@ struct RenderScratch {
   Wave wave;
   Probes probes;
   Offspring offspring;
+  VoxelFrame voxels;
   Image drawn;              // of sub-sampled frames
   CoarseToFine order;       // of frames with a time budget
   double reserve_ms = 0.0;  // what such a frame needs after its last ray
 };
 
+// Finds which voxels are in front where these pixels are drawn, for draw_tiles() of the same sample.
+void draw_voxels(const CameraView& camera, const RenderSettings& settings,
+                 const DrawnPixels& pixels, vec2 offset, RenderScratch& scratch, Tally& tally);
+
 // Makes the scratch ready for a frame of about so many camera rays, which `settings` must outlive.
 FrameContext begin_frame(const World& world, const Scene& scene, const ScenePose& pose,
                          const CameraView& camera, const RenderSettings& settings, uint64_t rays,
                          RenderScratch& scratch);
+
+FrameStats stats_of(const Tally& tally, const RenderScratch& scratch);
 
 // By how much rays are narrower than pixels if several share one.
 float ray_share(const RenderSettings& settings);

@@ -46,8 +46,8 @@ void shade_and_follow(const FrameContext& frame, uint32_t sample, RenderScratch&
                       Tally& tally, Image& image) {
   Wave& wave = scratch.wave;
   while (wave.count > 0) {
-    for (const ShadingLight& light : scratch.lights) {
-      add_light(frame, light, wave, scratch.probes, tally);
+    for (size_t i = 0; i < scratch.lights.size(); ++i) {
+      add_light(frame, scratch.lights[i], i, wave, scratch.probes, tally);
     }
     trace_ambient(frame, sample, wave, scratch.probes, tally);
     shade_wave(frame, wave, scratch.offspring);
@@ -57,10 +57,55 @@ void shade_and_follow(const FrameContext& frame, uint32_t sample, RenderScratch&
   }
 }
 
-void draw_everything(const FrameContext& frame, const DrawnPixels& pixels, RenderScratch& scratch,
-                     Tally& tally, Image& image) {
+// The voxels of a whole pass are found at once, so that with them passes come one after the other.
+void draw_with_voxels(const FrameContext& frame, const CameraView& camera,
+                      const DrawnPixels& pixels, RenderScratch& scratch, Tally& tally,
+                      Image& image) {
   const uint32_t samples = frame.settings.samples, tiles = pixels.grid.count();
-  for (uint32_t tile = 0; tile < tiles; tile += kBatchTiles) {
+  for (uint32_t sample = 0; sample < samples; ++sample) {
+    const vec2 offset = hammersley(sample, samples);
+    draw_voxels(camera, frame.settings, pixels, offset, scratch, tally);
+    for (uint32_t tile = 0; tile < tiles; tile += kBatchTiles) {
+      draw_tiles(frame, pixels, tile, std::min(tile + kBatchTiles, tiles), sample, offset, scratch,
+                 tally, image);
+    }
+  }
+}
+
+// Without triangles there is nothing to trace.
+void draw_voxels_alone(const FrameContext& frame, const CameraView& camera,
+                       const DrawnPixels& pixels, RenderScratch& scratch, Tally& tally,
+                       Image& image) {
+  const RenderSettings& settings = frame.settings;
+  VoxelFrame& voxels = scratch.voxels;
+  const VoxelLighting lighting{voxels.materials(),        scratch.lights, voxels.shadows(),
+                               frame.scene.environment, camera,         settings.reflections > 0};
+  const auto fetch = [&](std::span<const VisibilityKey> keys, VoxelBatch& batch) {
+    fetch_voxels(voxels.instances(), keys, batch);
+  };
+  for (uint32_t sample = 0; sample < settings.samples; ++sample) {
+    const vec2 offset = hammersley(sample, settings.samples);
+    draw_voxels(camera, settings, pixels, offset, scratch, tally);
+    voxels.shade({.lighting = lighting,
+                  .visibility = voxels.visibility(),
+                  .fetch = fetch,
+                  .width = settings.width,
+                  .height = settings.height,
+                  .step = settings.subsampling,
+                  .offset = offset,
+                  .transparent = settings.transparent,
+                  .share = 1.0f / static_cast<float>(settings.samples),
+                  .first = sample == 0},
+                 image);
+  }
+}
+
+void draw_everything(const FrameContext& frame, const CameraView& camera,
+                     const DrawnPixels& pixels, RenderScratch& scratch, Tally& tally,
+                     Image& image) {
+  const uint32_t samples = frame.settings.samples, tiles = pixels.grid.count();
+  if (frame.voxels) draw_with_voxels(frame, camera, pixels, scratch, tally, image);
+  for (uint32_t tile = 0; tile < tiles && !frame.voxels; tile += kBatchTiles) {
     for (uint32_t sample = 0; sample < samples; ++sample) {
       draw_tiles(frame, pixels, tile, std::min(tile + kBatchTiles, tiles), sample,
                  hammersley(sample, samples), scratch, tally, image);
@@ -72,10 +117,11 @@ void draw_everything(const FrameContext& frame, const DrawnPixels& pixels, Rende
 
 // Primary rays from coarse to fine while there is time, at least those of the coarsest lattice;
 // then, while there is time, what they call for.
-void draw_in_time(const FrameContext& frame, const DrawnPixels& pixels, RenderScratch& scratch,
-                  Tally& tally, Image& image) {
+void draw_in_time(const FrameContext& frame, const CameraView& camera, const DrawnPixels& pixels,
+                  RenderScratch& scratch, Tally& tally, Image& image) {
   CoarseToFine& order = scratch.order;
   Wave& wave = scratch.wave;
+  if (frame.voxels) draw_voxels(camera, frame.settings, pixels, vec2(0.5f), scratch, tally);
   order.resize(pixels.grid.width, pixels.grid.height);
   size_t drawn = 0;
   while (drawn < order.count() && (drawn < order.coarsest() || !frame.deadline.passed())) {
@@ -99,10 +145,20 @@ void adapt_reserve(double budget_ms, double taken_ms, bool ran_out, double& rese
   reserve_ms = std::clamp(reserve_ms + 0.5 * (taken_ms - budget_ms), 0.0, 0.8 * budget_ms);
 }
 
-void clear(uint32_t width, uint32_t height, Image& image) {
+void resize(uint32_t width, uint32_t height, Image& image) {
   image.width = width;
   image.height = height;
-  image.pixels.assign(size_t{width} * height, vec4(0.0f));
+  image.pixels.resize(size_t{width} * height);
+}
+
+void clear(uint32_t width, uint32_t height, Image& image) {
+  resize(width, height, image);
+  std::fill(image.pixels.begin(), image.pixels.end(), vec4(0.0f));
+}
+
+bool has_triangles(const ScenePose& pose) {
+  return std::any_of(pose.objects.begin(), pose.objects.end(),
+                     [](const Pose& object) { return object.present; });
 }
 
 }  // namespace
@@ -118,16 +174,29 @@ FrameContext begin_frame(const World& world, const Scene& scene, const ScenePose
                          const CameraView& camera, const RenderSettings& settings, uint64_t rays,
                          RenderScratch& scratch) {
   SINEW_CHECK(pose.objects.size() == scene.objects.size());
-  if (scratch.attributes.begin_frame(world, scene, pose, rays)) scratch.textures.build(scene);
+  if (scratch.attributes.begin_frame(world, scene, pose, rays)) {
+    scratch.textures.build(scene);
+    scratch.voxels.bind(scene, scratch.textures);
+  }
   gather_lights(scene, pose, camera, scratch.lights);
 
   FrameContext frame{world, scene, settings, scratch.textures};
+  scratch.voxels.begin(scene, pose, scratch.lights, settings.voxels, settings.shadows);
+  if (scratch.voxels.any()) frame.voxels = &scratch.voxels;
   frame.ambient_distance = settings.ambient_distance;
   if (frame.ambient_distance == 0.0f) {
     frame.ambient_distance = world.size() > 0.0f ? 0.25f * world.size() : 1.0f;
   }
   frame.filtered = needs_filter(scene);
   return frame;
+}
+
+void draw_voxels(const CameraView& camera, const RenderSettings& settings,
+                 const DrawnPixels& pixels, vec2 offset, RenderScratch& scratch, Tally& tally) {
+  tally.clock.end_shading();
+  scratch.voxels.draw(camera, settings.width, settings.height, static_cast<uint32_t>(pixels.step),
+                      offset);
+  tally.clock.end_drawing();
 }
 
 float ray_share(const RenderSettings& settings) {
@@ -140,6 +209,17 @@ void draw_tiles(const FrameContext& frame, const DrawnPixels& pixels, uint32_t f
   start_wave(pixels, first_tile, last_tile, offset, scratch.wave);
   trace_wave(frame, scratch.attributes, scratch.wave, tally);
   shade_and_follow(frame, sample, scratch, tally, image);
+}
+
+FrameStats stats_of(const Tally& tally, const RenderScratch& scratch) {
+  const VoxelStats& voxels = scratch.voxels.stats();
+  const double begun_ms = voxels.pose_ms + voxels.shadow_ms;  // the clock takes it for shading
+  return {.trace_ms = tally.clock.trace_ms,
+          .shade_ms = tally.clock.shade_ms - begun_ms,
+          .draw_ms = tally.clock.draw_ms + begun_ms,
+          .rays = tally.traced,
+          .skipped = tally.skipped,
+          .voxels = voxels};
 }
 
 FrameStats render_frame(const World& world, const Scene& scene, const ScenePose& pose,
@@ -156,12 +236,17 @@ FrameStats render_frame(const World& world, const Scene& scene, const ScenePose&
   const DrawnPixels pixels{CameraRays(camera, settings.width, settings.height), grid,
                            static_cast<float>(step), ray_share(in_frame)};
   Image& drawn = step > 1 ? scratch.drawn : out;
-  clear(grid.width, grid.height, drawn);
-  if (settings.time_budget_ms > 0.0) {
-    frame.deadline = Deadline::after_ms(settings.time_budget_ms - scratch.reserve_ms);
-    draw_in_time(frame, pixels, scratch, tally, drawn);
+  if (frame.voxels && !has_triangles(pose)) {
+    resize(grid.width, grid.height, drawn);
+    draw_voxels_alone(frame, camera, pixels, scratch, tally, drawn);
   } else {
-    draw_everything(frame, pixels, scratch, tally, drawn);
+    clear(grid.width, grid.height, drawn);
+    if (settings.time_budget_ms > 0.0) {
+      frame.deadline = Deadline::after_ms(settings.time_budget_ms - scratch.reserve_ms);
+      draw_in_time(frame, camera, pixels, scratch, tally, drawn);
+    } else {
+      draw_everything(frame, camera, pixels, scratch, tally, drawn);
+    }
   }
   if (step > 1) {
     clear(settings.width, settings.height, out);
@@ -172,7 +257,7 @@ FrameStats render_frame(const World& world, const Scene& scene, const ScenePose&
     adapt_reserve(settings.time_budget_ms, tally.clock.trace_ms + tally.clock.shade_ms,
                   tally.skipped.total() > 0, scratch.reserve_ms);
   }
-  return {tally.clock.trace_ms, tally.clock.shade_ms, tally.traced, tally.skipped};
+  return stats_of(tally, scratch);
 }
 
 }  // namespace sinew

@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "sinew/render/camera.h"
+#include "sinew/render/voxel_frame.h"
 #include "sinew/scene/image.h"
 #include "sinew/world/world.h"
 
@@ -33,7 +34,9 @@ struct RenderSettings {
   double time_budget_ms = 0.0;  // > 0: rays that the frame has no time for are left out: breadth-
                                 // first, so that all primary rays come before any other, with one
                                 // primary ray a drawn pixel whatever `samples` says. Not the same
-                                // bits every time.
+                                // bits every time. Voxels are drawn whatever it says.
+
+  VoxelSettings voxels{};
 
   bool operator==(const RenderSettings&) const = default;
 };
@@ -52,8 +55,10 @@ struct RayCounts {
 struct FrameStats {
   double trace_ms = 0.0;  // in ray queries
   double shade_ms = 0.0;  // everything else
+  double draw_ms = 0.0;   // in the rasteriser: poses, shadow maps and pictures of voxels
   RayCounts rays;         // really traced
   RayCounts skipped;      // left out because the time was up, and their offspring never made
+  VoxelStats voxels;
 };
 
 // Buffers that live from frame to frame; a frame after the first of a size allocates nothing. They
@@ -66,7 +71,8 @@ using RenderScratchPtr = std::unique_ptr<RenderScratch, RenderScratchDeleter>;
 RenderScratchPtr make_render_scratch();
 
 // Draws the world as `pose` has it (the world must have been committed with that pose) to `out`:
-// linear radiance. Same bits for every thread count. Settings must be in range (checked).
+// linear radiance. The scene's triangles are traced, its voxels rasterised, and each casts shadows
+// on the other; mirrors and ambient occlusion do not see voxels yet. Same bits for every thread count. Settings must be in range (checked).
 FrameStats render_frame(const World& world, const Scene& scene, const ScenePose& pose,
                         const CameraView& camera, const RenderSettings& settings,
                         RenderScratch& scratch, Image& out);

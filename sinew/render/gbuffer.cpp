@@ -208,11 +208,6 @@ void resolve_geometry(const TextureTable& textures, const ObjectAttributes& obje
   out.normal = bend_towards(bend_towards(normal, out.geometric_normal), view);
 }
 
-vec3 dielectric_reflectance(const Material& material) {
-  const float ratio = (material.ior - 1.0f) / (material.ior + 1.0f);
-  return min(ratio * ratio * material.specular_color, vec3(1.0f)) * material.specular;
-}
-
 // What refraction needs: the bend at the surface, and what the inside of a solid has absorbed of a
 // ray that leaves it.
 void resolve_medium(const Material& material, const Ray& ray, Surface& out) {
@@ -267,6 +262,11 @@ void resolve_material(const TextureTable& textures, const Mesh& mesh, const Mate
 
 }  // namespace
 
+vec3 dielectric_reflectance(const Material& material) {
+  const float ratio = (material.ior - 1.0f) / (material.ior + 1.0f);
+  return min(ratio * ratio * material.specular_color, vec3(1.0f)) * material.specular;
+}
+
 vec4 base_color(const Scene& scene, const Mesh& mesh, const Hit& hit) {
   const Material& material = scene.materials[mesh.material_of(hit.primitive)];
   const TextureRef& texture = material.base_color_texture;
@@ -294,6 +294,7 @@ void resolve_surface(const Scene& scene, const TextureTable& textures,
   const Material& material = scene.materials[object.mesh->material_of(hit.primitive)];
   Corners corners = corners_of(*object.mesh, hit);
   out.hit = hit;
+  out.voxel = 0.0f;
   resolve_geometry(textures, object, ray, cone, hit, material, corners, out);
   resolve_material(textures, *object.mesh, material, corners, out);
   resolve_medium(material, ray, out);

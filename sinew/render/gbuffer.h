@@ -28,12 +28,16 @@ struct Surface {
   float occlusion = 1.0f;
   float width = 0.0f;        // of the ray cone, metres
   float footprint = 0.0f;    // distance by which to leave the surface for secondary rays
+  float voxel = 0.0f;        // diagonal of the voxel that was met, metres; 0: it is no voxel
   float bend = 1.0f;         // index of refraction on the ray's side over that on the other side
   vec3 medium{1.0f};         // share of light that the matter which the ray came through has left
   bool from_behind = false;  // the ray met the triangle's back
   bool unlit = false;
   Hit hit;  // false: the ray left the scene
 };
+
+// Reflectance at normal incidence where the material is no metal.
+vec3 dielectric_reflectance(const Material& material);
 
 // Base colour factor times vertex colour times texture at the very point of the hit: linear RGB,
 // alpha.

@@ -55,7 +55,8 @@ bool Refinement::View::shows(const World& other_world, const Scene& other_scene,
          same_bits(joints, pose.joints) && same_bits(visible, pose.visible) &&
          same_bits(weights, pose.weights) && same_bits(free, pose.free) &&
          std::equal(objects.begin(), objects.end(), pose.objects.begin(), pose.objects.end(),
-                    same_key);
+                    same_key) &&
+         std::equal(voxels.begin(), voxels.end(), pose.voxels.begin(), pose.voxels.end(), same_key);
 }
 
 void Refinement::View::keep(const World& new_world, const Scene& new_scene, const ScenePose& pose,
@@ -70,6 +71,7 @@ void Refinement::View::keep(const World& new_world, const Scene& new_scene, cons
   weights = pose.weights;
   free = pose.free;
   objects = pose.objects;
+  voxels = pose.voxels;
 }
 
 // The first picture of a view. If no ray of it was spared, it is a pass already.
@@ -129,11 +131,14 @@ FrameStats Refinement::draw(const World& world, const Scene& scene, const SceneP
                            1.0f,
                            ray_share(settings)};
   const uint32_t tiles = pixels.grid.count(), passes_before = passes_;
+  // The voxels of a sample are found for all tiles at once.
+  const uint32_t batch = frame.voxels ? tiles : kBatchTiles;
   do {
-    const uint32_t last = std::min(tile_ + kBatchTiles, tiles);
+    const uint32_t last = std::min(tile_ + batch, tiles);
     in_pass.seed = passes_ == 0 ? settings.seed : hash_combine(settings.seed, passes_);
     for (uint32_t sample = 0; sample < settings.samples; ++sample) {
       const vec2 offset = sample_point(passes_, sample, settings.samples);
+      if (frame.voxels) draw_voxels(camera, in_pass, pixels, offset, scratch, tally);
       draw_tiles(frame, pixels, tile_, last, sample, offset, scratch, tally, sum_);
     }
     tile_ = last;
@@ -144,7 +149,7 @@ FrameStats Refinement::draw(const World& world, const Scene& scene, const SceneP
   } while (deadline.is_set() ? !deadline.passed() : passes_ == passes_before);
   show(out);
   tally.clock.end_shading();
-  return {tally.clock.trace_ms, tally.clock.shade_ms, tally.traced, tally.skipped};
+  return stats_of(tally, scratch);
 }
 
 }  // namespace sinew

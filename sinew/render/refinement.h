@@ -35,7 +35,7 @@ class Refinement {
     std::vector<uint8_t> visible;
     std::vector<float> weights;
     std::vector<vec3> free;
-    std::vector<Pose> objects;  // for their keys; the spans are not compared
+    std::vector<Pose> objects, voxels;  // for their keys; the spans are not compared
 
     bool shows(const World& world, const Scene& scene, const ScenePose& pose,
                const CameraView& camera, const RenderSettings& settings) const;

@@ -34,6 +34,31 @@ bool is_lit(const Surface& surface) {
   return surface.hit && !surface.unlit;
 }
 
+// Whether a path that meets no triangle sees a voxel.
+bool shows_voxel(const FrameContext& frame, const Path& path) {
+  return frame.voxels && path.is_direct() &&
+         frame.voxels->visibility().keys[path.pixel] != kNothing;
+}
+
+// What the camera sees straight ends at the voxel in front.
+void end_at_voxels(const FrameContext& frame, Wave& wave, size_t begin, size_t end) {
+  for (size_t i = begin; i < end; ++i) {
+    Ray& ray = wave.rays[i];
+    const Path& path = wave.paths[i];
+    if (!path.is_direct()) continue;
+    ray.t_max = std::max(std::min(ray.t_max, frame.voxels->t_of(path.pixel, ray)), ray.t_min);
+  }
+}
+
+// The share of the light that voxels let through to the surface.
+float lit_by_voxels(const FrameContext& frame, size_t light, const Surface& surface,
+                    vec3 to_light) {
+  if (!frame.voxels) return 1.0f;
+  return lit_share(frame.voxels->shadows()[light],
+                   {surface.position, surface.normal,
+                    std::clamp(dot(surface.normal, to_light), 0.0f, 1.0f), surface.voxel});
+}
+
 // Finds which probes are blocked, and by how much others are dimmed on their way. Counts them.
 void trace_probes(const FrameContext& frame, const Wave& wave, Probes& probes, StageClock& clock,
                   uint64_t& traced, uint64_t& skipped) {
@@ -113,6 +138,9 @@ void StageClock::end_shading() {
 void StageClock::end_tracing() {
   trace_ms += lap();
 }
+void StageClock::end_drawing() {
+  draw_ms += lap();
+}
 
 double StageClock::lap() {
   using namespace std::chrono;
@@ -126,6 +154,7 @@ void trace_hits(const FrameContext& frame, Wave& wave, size_t begin, size_t end)
   const FilterContext filter{&frame.world, &frame.scene, wave.rays.data()};
   parallel_for(end - begin, kChunk, [&](size_t chunk_begin, size_t chunk_end) {
     const size_t first = begin + chunk_begin, count = chunk_end - chunk_begin;
+    if (frame.voxels) end_at_voxels(frame, wave, first, first + count);
     QueryOptions options{.facing = Facing::front};
     if (frame.filtered) options.filter = visible_filter(filter);
     options.first_ray = static_cast<uint32_t>(first);
@@ -162,6 +191,9 @@ void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& w
       if (hit) {
         resolve_surface(frame.scene, frame.textures, attributes.of(hit.object), wave.rays[i],
                         wave.paths[i].cone, hit, wave.surfaces[i]);
+      } else if (shows_voxel(frame, wave.paths[i])) {
+        frame.voxels->resolve(wave.paths[i].pixel, wave.rays[i],
+                              static_cast<uint32_t>(frame.scene.objects.size()), wave.surfaces[i]);
       } else {
         wave.surfaces[i].hit = hit;
       }
@@ -169,8 +201,8 @@ void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& w
   });
 }
 
-void add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave, Probes& probes,
-               Tally& tally) {
+void add_light(const FrameContext& frame, const ShadingLight& light, size_t index, Wave& wave,
+               Probes& probes, Tally& tally) {
   const bool shadows = frame.settings.shadows && light.shadows;
   const Highlight highlight = light.falloff ? Highlight::normalized : Highlight::phong;
   probes.resize(wave);
@@ -180,8 +212,10 @@ void add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave,
       if (!is_lit(surface)) continue;
       const Illumination arriving = illuminate(light, surface.position);
       const vec3 view = -normalize(wave.rays[i].direction);
-      const vec3 reflected =
+      vec3 reflected =
           arriving.irradiance * scatter(surface, view, arriving.direction, highlight);
+      if (!(largest(reflected) > 0.0f)) continue;
+      if (shadows) reflected *= lit_by_voxels(frame, index, surface, arriving.direction);
       if (!(largest(reflected) > 0.0f)) continue;
       if (shadows) {
         probes.push(chunk, shadow_ray(light, surface), static_cast<uint32_t>(i), reflected);

@@ -5,6 +5,7 @@
 #include "sinew/base/deadline.h"
 #include "sinew/render/frame.h"
 #include "sinew/render/lights.h"
+#include "sinew/render/voxel_frame.h"
 #include "sinew/render/wave.h"
 
 namespace sinew {
@@ -15,6 +16,8 @@ class StageClock {
   StageClock();
   void end_shading();  // time since the last call was shading
   void end_tracing();  // ... was ray queries
+  void end_drawing();  // ... was the rasteriser
+  double draw_ms = 0.0;
   double trace_ms = 0.0;
   double shade_ms = 0.0;
 
@@ -31,6 +34,7 @@ struct FrameContext {
   const TextureTable& textures;
   float ambient_distance = 0.0f;  // metres
   bool filtered = false;          // some hits must be asked about (see ray_filter.h)
+  const VoxelFrame* voxels = nullptr;  // null: there are none
   Deadline deadline = {};         // rays are left out when it has passed
 };
 
@@ -49,10 +53,10 @@ void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& w
 // Both, for as many rays as there is time for; the rest meets nothing.
 void trace_wave(const FrameContext& frame, AttributeTable& attributes, Wave& wave, Tally& tally);
 
-// Adds the light's reflected radiance to wave.direct, in shadow where something is between. Rays
-// that there is no time for find nothing between.
-void add_light(const FrameContext& frame, const ShadingLight& light, Wave& wave, Probes& probes,
-               Tally& tally);
+// Adds the reflected radiance of light `index` to wave.direct, in shadow where something is
+// between. Rays that there is no time for find nothing between.
+void add_light(const FrameContext& frame, const ShadingLight& light, size_t index, Wave& wave,
+               Probes& probes, Tally& tally);
 
 // Sets wave.ambient: the cosine-weighted share of the hemisphere that is open up to the ambient
 // distance. `sample` is the pass over the pixels. Rays that there is no time for are open.

@@ -155,8 +155,7 @@ Result<void> AnimationReader::read_channel(const Json& json, std::span<const Jso
   channel.node = static_cast<uint32_t>(place.node);
   channel.width = *path == ChannelPath::rotation ? 4 : 3;
   if (*path == ChannelPath::weights) {
-    const int32_t mesh = scene_.nodes[place.first_mesh].mesh;
-    channel.width = mesh < 0 ? 0 : scene_.meshes[static_cast<size_t>(mesh)].morph_targets;
+    channel.width = static_cast<uint32_t>(targets_of(scene_, scene_.nodes[place.first_mesh]));
     if (channel.width == 0) {
       reader_.warnings.add(json.element(), "animates weights of a mesh without targets; ignored");
       return {};

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "sinew/io/gltf/animation.h"
+#include "sinew/io/gltf/embed.h"
 #include "sinew/io/gltf/extras.h"
 #include "sinew/io/gltf/material.h"
 #include "sinew/io/gltf/mesh.h"
@@ -73,7 +74,8 @@ Result<void> read_scene(const Json& root, Scene& scene) {
   return read_scene_extras(json, scene);
 }
 
-Result<Scene> parse(std::string bytes, const std::string& path, const LoadOptions& options) {
+Result<Scene> parse(std::string bytes, const std::string& path, std::vector<Svo> octrees,
+                    const LoadOptions& options) {
   MemoryBudget budget(options.memory_limit);
   Warnings warnings;
   SINEW_TRY(const Asset asset, open_asset(path, std::move(bytes), budget));
@@ -83,6 +85,7 @@ Result<Scene> parse(std::string bytes, const std::string& path, const LoadOption
   const Reader reader{asset, accessors, budget, warnings};
 
   Scene scene;
+  scene.octrees = std::move(octrees);
   SINEW_CHECKED(read_scene(root, scene));
   SINEW_TRY(const NodeGraph graph, read_graph(root));
   SINEW_CHECKED(read_cameras(root, scene));
@@ -103,6 +106,12 @@ Result<Scene> parse(std::string bytes, const std::string& path, const LoadOption
 }
 
 }  // namespace
+
+Result<Scene> decode_glb(std::string bytes, const std::string& path, std::vector<Svo> octrees,
+                         const LoadOptions& options) {
+  return parse(std::move(bytes), path, std::move(octrees), options);
+}
+
 }  // namespace gltf
 
 Result<Scene> load_gltf(const std::string& path, const LoadOptions& options) {
@@ -111,7 +120,7 @@ Result<Scene> load_gltf(const std::string& path, const LoadOptions& options) {
 }
 
 Result<Scene> parse_gltf(std::string bytes, const std::string& path, const LoadOptions& options) {
-  return gltf::parse(std::move(bytes), path, options);
+  return gltf::parse(std::move(bytes), path, {}, options);
 }
 
 }  // namespace sinew

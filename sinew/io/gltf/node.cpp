@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "sinew/io/gltf/affine.h"
+#include "sinew/io/gltf/embed.h"
 #include "sinew/io/gltf/extras.h"
 
 namespace sinew::gltf {
@@ -101,6 +102,11 @@ Result<void> read_links(const Json& json, std::span<const int32_t> meshes, const
                         Node& out) {
   SINEW_TRY(const auto mesh, json.index("mesh", meshes.size()));
   if (mesh) out.mesh = meshes[*mesh];
+  if (!scene.octrees.empty()) {
+    SINEW_TRY(const auto octree, extras_of(json).index(kOctreeExtra, scene.octrees.size()));
+    if (octree && mesh) return json.error("has both a mesh and an octree");
+    if (octree) out.octree = static_cast<int32_t>(*octree);
+  }
   SINEW_TRY(const auto camera, json.index("camera", scene.cameras.size()));
   if (camera) out.camera = static_cast<int32_t>(*camera);
   SINEW_TRY(const Json extensions, json.object("extensions"));
@@ -110,8 +116,7 @@ Result<void> read_links(const Json& json, std::span<const int32_t> meshes, const
   SINEW_TRY(const Json visibility, extensions.object("KHR_node_visibility"));
   SINEW_TRY(out.visible, visibility.boolean("visible", true));
   SINEW_TRY(out.weights, json.number_list("weights"));
-  const size_t targets =
-      out.mesh < 0 ? 0 : scene.meshes[static_cast<size_t>(out.mesh)].morph_targets;
+  const size_t targets = targets_of(scene, out);
   if (targets == 0) out.weights.clear();
   if (!out.weights.empty() && out.weights.size() != targets) {
     return json.error(
@@ -121,6 +126,11 @@ Result<void> read_links(const Json& json, std::span<const int32_t> meshes, const
 }
 
 }  // namespace
+
+size_t targets_of(const Scene& scene, const Node& node) {
+  if (node.octree >= 0) return scene.octrees[static_cast<size_t>(node.octree)].morph_targets;
+  return node.mesh < 0 ? 0 : scene.meshes[static_cast<size_t>(node.mesh)].morph_targets;
+}
 
 Result<std::vector<NodePlace>> read_nodes(const Reader& reader, const NodeGraph& graph,
                                           std::span<const int32_t> meshes, Scene& scene) {

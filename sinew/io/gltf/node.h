@@ -24,6 +24,9 @@ struct NodePlace {
 Result<std::vector<NodePlace>> read_nodes(const Reader& reader, const NodeGraph& graph,
                                           std::span<const int32_t> meshes, Scene& scene);
 
+// Morph targets of the mesh or the octree that the node shows.
+size_t targets_of(const Scene& scene, const Node& node);
+
 // Fills scene.skins with those that nodes use, and sets Node::skin. Equal skins become one.
 Result<void> read_skins(const Reader& reader, const NodeGraph& graph,
                         std::span<const NodePlace> places, Scene& scene);

@@ -57,19 +57,45 @@ uint32_t find_or_add(Skin skin, std::vector<Skin>& skins) {
   return static_cast<uint32_t>(skins.size() - 1);
 }
 
+// How many joints what nodes show needs: 1 + the highest that it uses.
+class JointLimits {
+ public:
+  explicit JointLimits(const Scene& scene) : scene_(scene), of_mesh_(scene.meshes.size(), 0) {}
+
+  bool has_joints(const Node& node) const {
+    return node.octree >= 0 ? octree(node).joints > 0 : mesh(node).influences > 0;
+  }
+  size_t of(const Node& node) {
+    if (node.octree >= 0) return octree(node).joints;
+    size_t& limit = of_mesh_[static_cast<size_t>(node.mesh)];
+    if (limit == 0) limit = size_t{1} + *std::ranges::max_element(mesh(node).joints);
+    return limit;
+  }
+
+ private:
+  const Mesh& mesh(const Node& node) const {
+    return scene_.meshes[static_cast<size_t>(node.mesh)];
+  }
+  const Svo& octree(const Node& node) const {
+    return scene_.octrees[static_cast<size_t>(node.octree)];
+  }
+
+  const Scene& scene_;
+  std::vector<size_t> of_mesh_;  // 0: not known yet
+};
+
 }  // namespace
 
 Result<void> read_skins(const Reader& reader, const NodeGraph& graph,
                         std::span<const NodePlace> places, Scene& scene) {
   SINEW_TRY(const std::vector<Json> skins, reader.asset.root().objects("skins", "skin"));
   std::vector<int32_t> scene_skin(skins.size(), -1);
-  std::vector<int32_t> joint_limit(scene.meshes.size(), -1);  // 1 + the highest joint used
+  JointLimits limits(scene);
   for (const uint32_t index : graph.order) {
     SINEW_TRY(const auto skin, graph.nodes[index].index("skin", skins.size()));
     Node& node = scene.nodes[static_cast<size_t>(places[index].node)];
-    if (!skin || node.mesh < 0) continue;
-    const Mesh& mesh = scene.meshes[static_cast<size_t>(node.mesh)];
-    if (mesh.influences == 0) {
+    if (!skin || (node.mesh < 0 && node.octree < 0)) continue;
+    if (!limits.has_joints(node)) {
       reader.warnings.add(graph.nodes[index].element(),
                           "has a skin, but its mesh has no joints; left rigid");
       continue;
@@ -79,10 +105,8 @@ Result<void> read_skins(const Reader& reader, const NodeGraph& graph,
       scene_skin[*skin] = static_cast<int32_t>(find_or_add(std::move(read), scene.skins));
     }
     node.skin = scene_skin[*skin];
-    int32_t& limit = joint_limit[static_cast<size_t>(node.mesh)];
-    if (limit < 0) limit = 1 + *std::max_element(mesh.joints.begin(), mesh.joints.end());
     const size_t joints = scene.skins[static_cast<size_t>(node.skin)].joints.size();
-    if (static_cast<size_t>(limit) > joints) {
+    if (const size_t limit = limits.of(node); limit > joints) {
       return graph.nodes[index].error(
           fmt::format("its mesh uses joint {}, but its skin has only {}", limit - 1, joints),
           "export the file again");

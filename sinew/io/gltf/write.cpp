@@ -8,11 +8,13 @@
 #include <filesystem>
 #include <new>
 
+#include "sinew/io/gltf/embed.h"
 #include "sinew/io/gltf/uri.h"
 #include "sinew/io/gltf/write_animation.h"
 #include "sinew/io/gltf/write_material.h"
 #include "sinew/io/gltf/write_mesh.h"
 #include "sinew/io/gltf/write_node.h"
+#include "sinew/io/output_file.h"
 #include "sinew/io/save.h"
 #include "sinew/io/text.h"
 
@@ -70,6 +72,10 @@ Result<std::vector<MeshOutput>> describe(const WriteContext& context,
   return meshes;
 }
 
+AssetWriter::Sink sink_of(OutputFile& file) {
+  return [&file](std::span<const uint8_t> bytes) { return file.write(bytes); };
+}
+
 // Writes all files beside their places; nobody sees them yet. The scene comes last.
 Result<std::vector<OutputFile>> write_files(const Scene& scene, const OutputNames& names,
                                             const std::vector<MeshCache>& caches,
@@ -87,13 +93,13 @@ Result<std::vector<OutputFile>> write_files(const Scene& scene, const OutputName
   }
   if (!names.binary.empty() && asset.binary_size() > 0) {
     SINEW_TRY(OutputFile file, OutputFile::create(names.beside(names.binary)));
-    SINEW_CHECKED(asset.write_binary(file));
+    SINEW_CHECKED(asset.write_binary(sink_of(file)));
     SINEW_CHECKED(file.close());
     files.push_back(std::move(file));
   }
   SINEW_TRY(OutputFile file, OutputFile::create(names.scene));
   if (names.binary.empty()) {
-    SINEW_CHECKED(asset.write_glb(json, file));
+    SINEW_CHECKED(asset.write_glb(json, sink_of(file)));
   } else {
     SINEW_CHECKED(file.write({reinterpret_cast<const uint8_t*>(json.data()), json.size()}));
   }
@@ -121,6 +127,9 @@ Result<SaveReport> save(const Scene& scene, const std::string& path, const SaveO
   AssetWriter asset;
   const WriteContext context{scene, asset, warnings};
   SINEW_TRY(const std::vector<MeshOutput> meshes, describe(context, caches, report));
+  for (const Svo& octree : scene.octrees) {
+    warnings.add(element("octree", octree.name), "left out: glTF has no voxels; .svo files have");
+  }
   if (has_cache) {
     warnings.add("", "glTF has no vertex caches: other programs show the caches' meshes at rest");
   }
@@ -135,6 +144,27 @@ Result<SaveReport> save(const Scene& scene, const std::string& path, const SaveO
 }
 
 }  // namespace
+
+Result<std::vector<uint8_t>> encode_glb(const Scene& scene, std::vector<std::string>& warnings) {
+  SINEW_CHECKED(check_size(scene));
+  const std::vector<MeshCache> caches(scene.meshes.size());
+  SaveReport report;
+  Warnings found;
+  AssetWriter asset;
+  const WriteContext context{scene, asset, found, true};
+  SINEW_TRY(const std::vector<MeshOutput> meshes, describe(context, caches, report));
+  const std::string json = asset.finish("");
+  SINEW_CHECKED(asset.check_size(json, scene.name));
+  std::vector<uint8_t> bytes;
+  SINEW_CHECKED(asset.write_glb(json, [&](std::span<const uint8_t> more) -> Result<void> {
+    bytes.insert(bytes.end(), more.begin(), more.end());
+    return {};
+  }));
+  const std::vector<std::string> texts = found.texts();
+  warnings.insert(warnings.end(), texts.begin(), texts.end());
+  return bytes;
+}
+
 }  // namespace gltf
 
 Result<void> check_save(const std::string& path) {

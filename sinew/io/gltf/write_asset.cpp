@@ -22,14 +22,14 @@ uint64_t glb_size(uint64_t json_size, uint64_t binary_size) {
   return kHeader + kChunkHeader + json_size + (binary_size > 0 ? kChunkHeader + binary_size : 0);
 }
 
-Result<void> write_words(OutputFile& out, std::initializer_list<uint64_t> words) {
+Result<void> write_words(const AssetWriter::Sink& write, std::initializer_list<uint64_t> words) {
   std::vector<uint8_t> bytes;
   for (const uint64_t word : words) {
     const uint32_t narrow = static_cast<uint32_t>(word);
     const auto* begin = reinterpret_cast<const uint8_t*>(&narrow);
     bytes.insert(bytes.end(), begin, begin + sizeof narrow);
   }
-  return out.write(bytes);
+  return write(bytes);
 }
 
 }  // namespace
@@ -134,25 +134,25 @@ Result<void> AssetWriter::check_size(const std::string& json, const std::string&
                "split the scene into several files"});
 }
 
-Result<void> AssetWriter::write_binary(OutputFile& out) const {
+Result<void> AssetWriter::write_binary(const Sink& write) const {
   std::vector<uint8_t> bytes;
   for (const Chunk& chunk : chunks_) {
     bytes.assign(aligned(chunk.size), 0);
     chunk.fill(std::span(bytes).first(chunk.size));
-    SINEW_CHECKED(out.write(bytes));
+    SINEW_CHECKED(write(bytes));
   }
   return {};
 }
 
-Result<void> AssetWriter::write_glb(const std::string& json, OutputFile& out) const {
+Result<void> AssetWriter::write_glb(const std::string& json, const Sink& write) const {
   std::string text = json;
   text.resize(aligned(text.size()), ' ');
   const uint64_t total = glb_size(text.size(), binary_size_);
-  SINEW_CHECKED(write_words(out, {kMagic, 2, total, text.size(), kJsonChunk}));
-  SINEW_CHECKED(out.write({reinterpret_cast<const uint8_t*>(text.data()), text.size()}));
+  SINEW_CHECKED(write_words(write, {kMagic, 2, total, text.size(), kJsonChunk}));
+  SINEW_CHECKED(write({reinterpret_cast<const uint8_t*>(text.data()), text.size()}));
   if (binary_size_ == 0) return {};
-  SINEW_CHECKED(write_words(out, {binary_size_, kBinaryChunk}));
-  return write_binary(out);
+  SINEW_CHECKED(write_words(write, {binary_size_, kBinaryChunk}));
+  return write_binary(write);
 }
 
 }  // namespace sinew::gltf

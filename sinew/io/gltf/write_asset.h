@@ -15,8 +15,8 @@
 #include <type_traits>
 #include <vector>
 
+#include "sinew/base/error.h"
 #include "sinew/io/gltf/accessor.h"
-#include "sinew/io/output_file.h"
 
 namespace sinew::gltf {
 
@@ -84,8 +84,9 @@ class AssetWriter {
   Result<void> check_size(const std::string& json, const std::string& file) const;
 
   // Writes what finish() counted: all buffer views, or a whole GLB around them.
-  Result<void> write_binary(OutputFile& out) const;
-  Result<void> write_glb(const std::string& json, OutputFile& out) const;
+  using Sink = std::function<Result<void>(std::span<const uint8_t>)>;
+  Result<void> write_binary(const Sink& write) const;
+  Result<void> write_glb(const std::string& json, const Sink& write) const;
 
  private:
   using Fill = std::function<void(std::span<uint8_t>)>;

@@ -16,6 +16,7 @@ struct WriteContext {
   const Scene& scene;
   AssetWriter& asset;
   Warnings& warnings;
+  bool octrees = false;  // nodes name their octrees, which stand elsewhere; see embed.h
 };
 
 // What warnings call an element.

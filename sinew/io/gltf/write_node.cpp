@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "sinew/io/gltf/affine.h"
+#include "sinew/io/gltf/embed.h"
 #include "sinew/io/gltf/extras.h"
 
 namespace sinew::gltf {
@@ -64,7 +65,9 @@ class NodeWriter {
  private:
   void number_nodes();
   void add_chain(size_t index);
+  void number_skin(int32_t skin);
   void add_contents(const Node& node, const SceneObject* object, JsonOut& out);
+  void add_octree(const Node& node, JsonOut& out);
   void add_skins();
   JsonOut joints_of(const Skin& skin);
   bool needs_common_root() const;
@@ -79,6 +82,7 @@ class NodeWriter {
   std::vector<Placement> placements_;   // one a scene node
   std::vector<NodeOutput> places_;      // one a scene node
   std::vector<int32_t> json_skin_;      // one a scene skin; -1: unused
+  int32_t skins_ = 0;                   // used
   std::vector<JsonOut> nodes_;
 };
 
@@ -101,7 +105,6 @@ NodeWriter::NodeWriter(const WriteContext& context, std::span<const MeshOutput> 
 
 void NodeWriter::number_nodes() {
   uint32_t next = 0;
-  int32_t next_skin = 0;
   for (size_t i = 0; i < scene_.nodes.size(); ++i) {
     const Node& node = scene_.nodes[i];
     placements_.push_back(place(node, animated_[i]));
@@ -112,10 +115,16 @@ void NodeWriter::number_nodes() {
     if (places_[i].visibility >= 0) places_[i].outer = static_cast<uint32_t>(places_[i].visibility);
   }
   for (const SceneObject& object : scene_.objects) {
-    if (object.skin < 0 || meshes_[object.mesh].json_mesh < 0) continue;
-    int32_t& skin = json_skin_[static_cast<size_t>(object.skin)];
-    if (skin < 0) skin = next_skin++;
+    if (meshes_[object.mesh].json_mesh >= 0) number_skin(object.skin);
   }
+  if (!context_.octrees) return;
+  for (const SceneVoxels& object : scene_.voxels) number_skin(object.skin);
+}
+
+void NodeWriter::number_skin(int32_t skin) {
+  if (skin < 0) return;
+  int32_t& number = json_skin_[static_cast<size_t>(skin)];
+  if (number < 0) number = skins_++;
 }
 
 // The JSON nodes of a scene node, from the outermost to the one with its contents.
@@ -151,11 +160,19 @@ void NodeWriter::add_chain(size_t index) {
 void NodeWriter::add_contents(const Node& node, const SceneObject* object, JsonOut& out) {
   if (node.camera >= 0) out["camera"] = node.camera;
   if (node.light >= 0) out["extensions"]["KHR_lights_punctual"]["light"] = node.light;
+  if (node.octree >= 0 && context_.octrees) add_octree(node, out);
   if (!object || meshes_[object->mesh].json_mesh < 0) return;
   out["mesh"] = meshes_[object->mesh].json_mesh;
   if (object->skin >= 0) out["skin"] = json_skin_[static_cast<size_t>(object->skin)];
   const Mesh& mesh = scene_.meshes[object->mesh];
   if (mesh.keys > 0 || mesh.vertex_program) return;
+  for (const float weight : node.weights) out["weights"].push_back(double{weight});
+}
+
+void NodeWriter::add_octree(const Node& node, JsonOut& out) {
+  out["extras"][kOctreeExtra] = node.octree;
+  const bool skinned = node.skin >= 0 && scene_.octrees[static_cast<size_t>(node.octree)].joints > 0;
+  if (skinned) out["skin"] = json_skin_[static_cast<size_t>(node.skin)];
   for (const float weight : node.weights) out["weights"].push_back(double{weight});
 }
 

@@ -1,0 +1,260 @@
+// Winners of pixels -> what shading needs of them. Neighbouring pixels show voxels of a few cells,
+// so what the voxels of a cell share is prepared once and kept in a small table: where its voxels'
+// attributes begin, and the trilinear maps of points and normals as polynomials in x, y and z.
+#undef HWY_TARGET_INCLUDE
+#define HWY_TARGET_INCLUDE "sinew/render/voxel_fetch_kernels.cpp"
+// clang-format off
+#include "sinew/base/simd.h"
+#include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/highway.h>
+// clang-format on
+
+#include <algorithm>
+#include <bit>
+
+#include "sinew/base/check.h"
+#include "sinew/render/voxel_batch.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace sinew {
+namespace HWY_NAMESPACE {
+
+namespace hn = hwy::HWY_NAMESPACE;
+using D4 = hn::CappedTag<float, 4>;
+using D16 = hn::CappedTag<float, 16>;
+
+constexpr uint32_t kCached = 32;  // cells; a power of two
+
+// A cell that is ready for its voxels. A map is the sum of its coefficients times 1, x, y, xy, z,
+// xz, yz, xyz, where x, y and z go from 0 to 1 in the cell.
+struct alignas(64) PreparedCell {
+  alignas(64) float normal[8][16];  // of the map of normals to the world: columns of 4, 3 used
+  alignas(64) float point[8][4];    // of the map of points to the world
+  uint64_t masks[8];                // bricks by their place
+  uint64_t coarse;
+  const SvoLevel* levels;
+  const SvoLevel* cell_level;
+  uint32_t first[4];  // where its voxels of each level begin
+  uint16_t before[8];  // voxels in the bricks before
+  uint32_t bricks;
+  uint32_t material;
+  float diagonal;  // of a voxel of level 0, deformed
+  bool turns;      // else `normal` is constant
+};
+
+HWY_INLINE uint32_t bits_below(uint64_t mask, uint32_t bit) {
+  return static_cast<uint32_t>(std::popcount(mask & ((uint64_t{1} << bit) - 1)));
+}
+
+// Turns the values at the corners into the coefficients.
+template <uint32_t kStride>
+HWY_INLINE void make_polynomial(float (&c)[8][kStride], uint32_t used) {
+  const D4 d;
+  for (uint32_t step = 1; step < 8; step *= 2) {
+    for (uint32_t i = 0; i < 8; ++i) {
+      if ((i & step) == 0) continue;
+      for (uint32_t k = 0; k < used; k += static_cast<uint32_t>(hn::Lanes(d))) {
+        hn::Store(hn::Sub(hn::Load(d, c[i] + k), hn::Load(d, c[i ^ step] + k)), d, c[i] + k);
+      }
+    }
+  }
+}
+
+HWY_INLINE void put(vec3 v, float* out) {
+  out[0] = v.x;
+  out[1] = v.y;
+  out[2] = v.z;
+  out[3] = 0.0f;
+}
+
+// Remembers where the last winners came from.
+class Fetch {
+ public:
+  explicit Fetch(std::span<const VoxelInstance> instances) : instances_(instances) {
+    for (uint32_t& unit : units_) unit = kMostUnits;
+  }
+
+  void run(std::span<const VisibilityKey> keys, VoxelBatch& out) {
+    out.count = static_cast<uint32_t>(keys.size());
+    for (uint32_t i = 0; i < out.count; ++i) {
+      const uint32_t unit = key_unit(keys[i]);
+      find_instance(unit);
+      const uint32_t local = unit - instance_->first_unit;
+      if (local >= cells_) {
+        out.set(i, sample_voxel(instances_, keys[i]));
+        continue;
+      }
+      const uint32_t slot = (unit * 0x9e3779b9u) >> 27;
+      if (units_[slot] != unit) {
+        units_[slot] = unit;
+        prepare(local, table_[slot]);
+      }
+      fetch(table_[slot], key_code(keys[i]), i, out);
+    }
+    out.pad();
+  }
+
+ private:
+  HWY_INLINE void find_instance(uint32_t unit) {
+    if (unit - first_unit_ < units_of_) return;
+    const auto after = std::upper_bound(
+        instances_.begin(), instances_.end(), unit,
+        [](uint32_t u, const VoxelInstance& instance) { return u < instance.first_unit; });
+    instance_ = &*(after - 1);
+    svo_ = &instance_->posed->svo();
+    first_unit_ = instance_->first_unit;
+    units_of_ = unit_count(*svo_);
+    cells_ = static_cast<uint32_t>(svo_->cells.size());
+    block_first_ = block_end_ = 0;
+    normal_map_ = cofactor(instance_->placement);
+  }
+
+  HWY_INLINE void find_block(uint32_t cell) {
+    if (cell >= block_first_ && cell < block_end_) return;
+    const auto after =
+        std::upper_bound(svo_->blocks.begin(), svo_->blocks.end(), cell,
+                         [](uint32_t c, const SvoBlock& block) { return c < block.first_cell; });
+    const auto block = after - 1;
+    block_ = static_cast<uint32_t>(block - svo_->blocks.begin());
+    block_first_ = block->first_cell;
+    block_end_ = after->first_cell;
+    posed_ = instance_->posed->block(block_);
+  }
+
+  void prepare(uint32_t index, PreparedCell& out) {
+    find_block(index);
+    const SvoCell& cell = svo_->cells[index];
+    const SvoBlock& block = svo_->blocks[block_];
+    out.levels = svo_->levels;
+    out.cell_level = &svo_->cell_level;
+    out.coarse = cell.coarse;
+    out.bricks = cell.bricks;
+    out.material = cell.material;
+    for (int level = 0; level < 3; ++level) {
+      out.first[level] = block.first_voxel[level] + cell.first_voxel[level];
+    }
+    out.first[3] = index;
+    const uint64_t* mask = svo_->bricks.data() + block.first_brick + cell.first_brick;
+    uint32_t before = 0;
+    for (uint32_t i = 0; i < 8; ++i) {
+      out.before[i] = static_cast<uint16_t>(before);
+      out.masks[i] = (cell.bricks >> i & 1) != 0 ? *mask++ : 0;
+      before += static_cast<uint32_t>(std::popcount(out.masks[i]));
+    }
+    prepare_maps(cell, out);
+  }
+
+  void prepare_maps(const SvoCell& cell, PreparedCell& out) {
+    vec3 corner[8];
+    for (uint32_t i = 0; i < 8; ++i) {
+      corner[i] = transform_point(instance_->placement, posed_.positions[cell.corner[i]]);
+      put(corner[i], out.point[i]);
+    }
+    float longest2 = 0.0f;
+    for (uint32_t i = 0; i < 4; ++i) {
+      const vec3 diagonal = corner[7 - i] - corner[i];
+      longest2 = std::max(longest2, dot(diagonal, diagonal));
+    }
+    out.diagonal = std::sqrt(longest2) / static_cast<float>(kCellSide);
+    make_polynomial(out.point, 4);
+    out.turns = !posed_.cofactors.empty();
+    for (uint32_t i = 0; i < (out.turns ? 8u : 1u); ++i) {
+      const mat3 map = out.turns ? normal_map_ * posed_.cofactors[cell.corner[i]] : normal_map_;
+      for (int column = 0; column < 3; ++column) put(map[column], out.normal[i] + 4 * column);
+      put(vec3(0.0f), out.normal[i] + 12);
+    }
+    if (out.turns) make_polynomial(out.normal, 12);
+  }
+
+  HWY_INLINE void fetch(const PreparedCell& cell, VoxelCode code, uint32_t i, VoxelBatch& out) {
+    const uint32_t level = level_of(code), bit = code - kFirstCode[level];
+    uint32_t index = cell.first[level];
+    if (HWY_LIKELY(level == 0)) {
+      index += cell.before[bit >> 6] + bits_below(cell.masks[bit >> 6], bit & 63);
+    } else if (level < 3) {
+      index += bits_below(level == 1 ? cell.coarse : cell.bricks, bit);
+    }
+    const SvoLevel& attributes = level == 3 ? *cell.cell_level : cell.levels[level];
+    out.color[i] = attributes.colors[index];
+    out.material[i] = cell.material;
+    const float spread = level == 0 ? 1.0f : static_cast<float>(attributes.spreads[index]) / 255.0f;
+    const VoxelPlace place = place_of(code);
+    const float side = static_cast<float>(place.side);
+    const vec3 at = (vec3(place.min) + 0.5f * side) * (1.0f / static_cast<float>(kCellSide));
+    map(cell, at, attributes.normals[index], i, out);
+    out.place[i][3] = cell.diagonal * side;
+    out.normal[i][3] = spread;
+  }
+
+  // Moves the voxel's middle and its normal to the world.
+  HWY_INLINE void map(const PreparedCell& cell, vec3 at, uint16_t packed, uint32_t i,
+                      VoxelBatch& out) {
+    const D4 d4;
+    const D16 d16;
+    const float factor[8] = {1.0f, at.x,        at.y,        at.x * at.y,
+                             at.z, at.x * at.z, at.y * at.z, at.x * at.y * at.z};
+    auto point = hn::Load(d4, cell.point[0]);
+    for (uint32_t k = 1; k < 8; ++k) {
+      point = hn::MulAdd(hn::Set(d4, factor[k]), hn::Load(d4, cell.point[k]), point);
+    }
+    hn::Store(point, d4, out.place[i]);
+    alignas(64) float columns[16];
+    for (uint32_t lane = 0; lane < 12; lane += static_cast<uint32_t>(hn::Lanes(d16))) {
+      auto sum = hn::Load(d16, cell.normal[0] + lane);
+      for (uint32_t k = 1; k < (cell.turns ? 8u : 1u); ++k) {
+        sum = hn::MulAdd(hn::Set(d16, factor[k]), hn::Load(d16, cell.normal[k] + lane), sum);
+      }
+      hn::Store(sum, d16, columns + lane);
+    }
+    const vec3 rest = unpack_direction(packed);
+    auto normal = hn::Mul(hn::Set(d4, rest.x), hn::Load(d4, columns));
+    normal = hn::MulAdd(hn::Set(d4, rest.y), hn::Load(d4, columns + 4), normal);
+    normal = hn::MulAdd(hn::Set(d4, rest.z), hn::Load(d4, columns + 8), normal);
+    hn::Store(normal, d4, out.normal[i]);
+  }
+
+  // As unpack_normal(), but not of unit length.
+  static HWY_INLINE vec3 unpack_direction(uint16_t packed) {
+    const float x = static_cast<float>(packed & 255) / 127.0f - 1.0f;
+    const float y = static_cast<float>(packed >> 8) / 127.0f - 1.0f;
+    const float z = 1.0f - std::abs(x) - std::abs(y), fold = std::max(-z, 0.0f);
+    return vec3(x - std::copysign(fold, x), y - std::copysign(fold, y), z);
+  }
+
+  std::span<const VoxelInstance> instances_;
+  const VoxelInstance* instance_ = nullptr;
+  const Svo* svo_ = nullptr;
+  uint32_t first_unit_ = 0, units_of_ = 0, cells_ = 0;
+  uint32_t block_ = 0, block_first_ = 0, block_end_ = 0;
+  PosedBlock posed_;
+  mat3 normal_map_{1.0f};
+  uint32_t units_[kCached];
+  PreparedCell table_[kCached];
+};
+
+void fetch_kernel(std::span<const VoxelInstance> instances, std::span<const VisibilityKey> keys,
+                  VoxelBatch& out) {
+  Fetch(instances).run(keys, out);
+}
+
+}  // namespace HWY_NAMESPACE
+}  // namespace sinew
+HWY_AFTER_NAMESPACE();
+
+#if HWY_ONCE
+namespace sinew {
+
+HWY_EXPORT(fetch_kernel);
+
+void fetch_voxels(std::span<const VoxelInstance> instances, std::span<const VisibilityKey> keys,
+                  VoxelBatch& out) {
+  SINEW_CHECK(keys.size() <= kMostWinners);
+  if (keys.empty()) {
+    out.count = 0;
+    return;
+  }
+  HWY_DYNAMIC_DISPATCH(fetch_kernel)(instances, keys, out);
+}
+
+}  // namespace sinew
+#endif

@@ -1,0 +1,180 @@
+#include "sinew/render/voxel_frame.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+#include "sinew/base/check.h"
+#include "sinew/base/parallel.h"
+
+namespace sinew {
+namespace {
+
+constexpr uint32_t kTileWidth = 32, kTileHeight = 16;  // pixels; a tile's winners fit a batch
+static_assert(kTileWidth * kTileHeight <= kMostWinners);
+constexpr size_t kTilesPerTask = 4;
+constexpr uint16_t kBackground = 0xffff;
+
+double now_ms() {
+  using namespace std::chrono;
+  return duration<double, std::milli>(steady_clock::now().time_since_epoch()).count();
+}
+
+// What names a voxel in a key.
+uint64_t name_of(VisibilityKey key) {
+  return key & ((uint64_t{1} << 37) - 1);
+}
+
+// The voxels in a tile, each once, and which of them each pixel shows.
+struct TileWinners {
+  uint32_t count = 0;
+  VisibilityKey keys[kMostWinners];
+  uint16_t index[kTileHeight][kTileWidth];
+};
+
+struct Tile {
+  uint32_t left, top, width, height;
+};
+
+void list_winners(const Visibility& visibility, const Tile& tile, TileWinners& out) {
+  out.count = 0;
+  uint64_t above[kTileWidth];
+  std::fill_n(above, kTileWidth, ~uint64_t{0});
+  for (uint32_t y = 0; y < tile.height; ++y) {
+    const VisibilityKey* const row =
+        &visibility.keys[size_t{tile.top + y} * visibility.width + tile.left];
+    uint64_t before = ~uint64_t{0};
+    for (uint32_t x = 0; x < tile.width; ++x) {
+      const uint64_t name = row[x] == kNothing ? ~uint64_t{0} : name_of(row[x]);
+      uint16_t& index = out.index[y][x];
+      if (row[x] == kNothing) {
+        index = kBackground;
+      } else if (name == before) {
+        index = out.index[y][x - 1];
+      } else if (name == above[x]) {
+        index = out.index[y - 1][x];
+      } else {
+        index = static_cast<uint16_t>(out.count);
+        out.keys[out.count++] = row[x];
+      }
+      before = above[x] = name;
+    }
+  }
+}
+
+// What lies behind a row of the tile.
+void lay_background(const VoxelPass& pass, const Tile& tile, uint32_t y, vec4* out) {
+  if (pass.transparent) {
+    std::fill_n(out, tile.width, vec4(0.0f));
+    return;
+  }
+  const float step = static_cast<float>(pass.step);
+  shade_background(pass.lighting.environment, pass.lighting.camera,
+                   {step * (static_cast<float>(tile.left) + pass.offset.x), step,
+                    step * (static_cast<float>(tile.top + y) + pass.offset.y), pass.width,
+                    pass.height, tile.width},
+                   out);
+}
+
+void shade_tile(const VoxelPass& pass, const Tile& tile, Image& out) {
+  TileWinners winners;
+  VoxelBatch batch;
+  alignas(64) Radiance radiance;
+  list_winners(pass.visibility, tile, winners);
+  if (winners.count > 0) {
+    pass.fetch({winners.keys, winners.count}, batch);
+    shade_voxels(pass.lighting, batch, radiance);
+  }
+  const bool whole = pass.first && pass.share == 1.0f;
+  vec4 buffer[kTileWidth];
+  for (uint32_t y = 0; y < tile.height; ++y) {
+    vec4* const pixels = &out.pixels[size_t{tile.top + y} * out.width + tile.left];
+    vec4* const row = whole ? pixels : buffer;
+    const uint16_t* const index = winners.index[y];
+    const bool covered = std::none_of(index, index + tile.width,
+                                      [](uint16_t i) { return i == kBackground; });
+    if (!covered) lay_background(pass, tile, y, row);
+    for (uint32_t x = 0; x < tile.width; ++x) {
+      if (index[x] == kBackground) continue;
+      const float* const c = radiance[index[x]];
+      row[x] = vec4(c[0], c[1], c[2], c[3]);
+    }
+    if (whole) continue;
+    for (uint32_t x = 0; x < tile.width; ++x) {
+      pixels[x] = (pass.first ? vec4(0.0f) : pixels[x]) + pass.share * row[x];
+    }
+  }
+}
+
+}  // namespace
+
+void shade_pass(const VoxelPass& pass, Image& out) {
+  const uint32_t width = pass.visibility.width, height = pass.visibility.height;
+  SINEW_CHECK(out.width == width && out.height == height);
+  const uint32_t columns = (width + kTileWidth - 1) / kTileWidth;
+  const uint32_t rows = (height + kTileHeight - 1) / kTileHeight;
+  parallel_for(size_t{columns} * rows, kTilesPerTask, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const uint32_t left = static_cast<uint32_t>(i % columns) * kTileWidth;
+      const uint32_t top = static_cast<uint32_t>(i / columns) * kTileHeight;
+      shade_tile(pass,
+                 {left, top, std::min(kTileWidth, width - left), std::min(kTileHeight, height - top)},
+                 out);
+    }
+  });
+}
+
+void VoxelFrame::bind(const Scene& scene, const TextureTable& textures) {
+  bodies_.bind(scene);
+  list_voxel_materials(scene, textures, materials_);
+}
+
+void VoxelFrame::begin(const Scene& scene, const ScenePose& pose,
+                       std::span<const ShadingLight> lights, const VoxelSettings& settings,
+                       bool shadows) {
+  settings_ = settings;
+  stats_ = {};
+  const double start = now_ms();
+  bodies_.set_pose(scene, pose);
+  const double posed = now_ms();
+  stats_.objects = static_cast<uint32_t>(bodies_.instances().size());
+  stats_.pose_ms = posed - start;
+  shadows_.clear(lights.size());
+  if (shadows && any()) stats_.shadows = shadows_.draw(lights, bodies_, settings);
+  stats_.shadow_ms = now_ms() - posed;
+}
+
+void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step,
+                      vec2 offset) {
+  const double start = now_ms();
+  view_ = camera_raster_view(camera, width, height, step, offset);
+  const RasterSettings raster{.smallest = settings_.lod, .lod = settings_.lod > 0.0f};
+  stats_.camera = rasterize(bodies_.instances(), view_, raster, *scratch_, visibility_);
+  ++stats_.passes;
+  stats_.draw_ms += now_ms() - start;
+}
+
+void VoxelFrame::shade(const VoxelPass& pass, Image& out) {
+  const double start = now_ms();
+  shade_pass(pass, out);
+  stats_.shade_ms += now_ms() - start;
+}
+
+float VoxelFrame::t_of(size_t pixel, const Ray& ray) const {
+  const VisibilityKey key = visibility_.keys[pixel];
+  if (key == kNothing) return std::numeric_limits<float>::infinity();
+  const vec3 axis(view_.depth);
+  const float from = dot(axis, ray.origin) + view_.depth.w;
+  return (key_depth(key) - from) / dot(axis, ray.direction);
+}
+
+void VoxelFrame::resolve(size_t pixel, const Ray& ray, uint32_t objects, Surface& out) const {
+  const VoxelSample voxel = sample_voxel(bodies_.instances(), visibility_.keys[pixel]);
+  const float diagonal = std::sqrt(3.0f) * voxel.size;
+  resolve_voxel(voxel, diagonal, materials_[voxel.material], -normalize(ray.direction), out);
+  out.hit.t = t_of(pixel, ray);
+  out.hit.primitive = voxel.unit;
+  out.hit.object = objects + bodies_.objects()[voxel.instance];
+}
+
+}  // namespace sinew

@@ -1,0 +1,82 @@
+// The voxel objects of a frame: poses, shadow maps, which voxel is in front in each pixel, and the
+// light that these send to the eye.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sinew/render/voxel_shade.h"
+#include "sinew/scene/image.h"
+
+namespace sinew {
+
+// One pass over an image of voxels and what lies behind them.
+struct VoxelPass {
+  const VoxelLighting& lighting;
+  const Visibility& visibility;
+  VoxelFetch fetch;
+  uint32_t width = 0, height = 0;  // of the camera's whole image
+  uint32_t step = 1;               // how many of its pixels a pixel of the pass is wide
+  vec2 offset{0.5f};               // of the pass's rays in its pixels
+  bool transparent = false;        // nothing behind the voxels, alpha 0
+  float share = 1.0f;              // of the pass in the picture
+  bool first = true;               // else adds to what is there
+};
+
+// Shades every pixel of the pass, each voxel that several pixels of a tile show once. `out` has the
+// size of the visibility. In parallel; the same bits for any number of threads.
+void shade_pass(const VoxelPass& pass, Image& out);
+
+struct VoxelStats {
+  uint32_t objects = 0;   // present
+  uint32_t passes = 0;    // over the picture
+  RasterStats camera;     // of the last pass
+  RasterStats shadows;    // of all maps
+  double pose_ms = 0.0;   // objects to their poses; blocks are posed while they are drawn
+  double shadow_ms = 0.0;
+  double draw_ms = 0.0;   // of all passes
+  double shade_ms = 0.0;  // of passes that shade_pass() shades
+};
+
+class VoxelFrame {
+ public:
+  // Makes the tables that depend on the scene alone; it must outlive them.
+  void bind(const Scene& scene, const TextureTable& textures);
+
+  // Begins a frame: poses, shadow maps.
+  void begin(const Scene& scene, const ScenePose& pose, std::span<const ShadingLight> lights,
+             const VoxelSettings& settings, bool shadows);
+  // Whether there is anything to draw in this frame.
+  bool any() const { return !bodies_.instances().empty(); }
+
+  // Finds which voxels are in front, as camera_raster_view() sees them.
+  void draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step, vec2 offset);
+  const Visibility& visibility() const { return visibility_; }
+  std::span<const VoxelShadowMap> shadows() const { return shadows_.maps(); }
+  std::span<const VoxelMaterial> materials() const { return materials_; }
+  std::span<const VoxelInstance> instances() const { return bodies_.instances(); }
+
+  // Shades what draw() has found. `lighting` says the materials and shadows of this frame.
+  void shade(const VoxelPass& pass, Image& out);
+
+  // Where the ray through this pixel meets the voxel in front: the ray's t; infinite if none is.
+  float t_of(size_t pixel, const Ray& ray) const;
+  // The voxel in front, as a surface for rays. There must be one. Its Hit::object is the index in
+  // Scene::voxels after those of Scene::objects.
+  void resolve(size_t pixel, const Ray& ray, uint32_t objects, Surface& out) const;
+
+  const VoxelStats& stats() const { return stats_; }
+
+ private:
+  VoxelBodies bodies_;
+  std::vector<VoxelMaterial> materials_;
+  VoxelShadows shadows_;
+  VoxelSettings settings_;
+  RasterScratchPtr scratch_ = make_raster_scratch();
+  RasterView view_;
+  Visibility visibility_;
+  VoxelStats stats_;
+};
+
+}  // namespace sinew

@@ -1,0 +1,49 @@
+// VoxelBodies: the voxel objects of a scene, posed: what a picture's rasteriser draws.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "sinew/math/box.h"
+#include "sinew/scene/sample.h"
+#include "sinew/scene/scene.h"
+#include "sinew/svo/posed.h"
+#include "sinew/svo/visibility.h"
+
+namespace sinew {
+
+class VoxelBodies {
+ public:
+  // Makes the motions of the scene's octrees; the scene must outlive them. Allocates.
+  void bind(const Scene& scene);
+
+  // Brings the voxel objects to the pose, which must outlive the frame: corners move when the
+  // rasteriser asks for them. Absent objects are left out, and those beyond what a key can name.
+  // After the first pose of a scene nothing is allocated.
+  void set_pose(const Scene& scene, const ScenePose& pose);
+
+  // One for each object that is there, by rising first_unit.
+  std::span<const VoxelInstance> instances() const { return instances_; }
+  // Index in Scene::voxels of each instance.
+  std::span<const uint32_t> objects() const { return objects_; }
+  // Contains all instances; world space.
+  Box box() const { return box_; }
+  // Contains what blocks hold, or whole instances where there are very many; world space.
+  std::span<const Box> boxes() const { return boxes_; }
+
+ private:
+  uint32_t posed_as(const Scene& scene, const ScenePose& pose, uint32_t object) const;
+  void list_boxes();
+
+  std::vector<SvoMotion> motions_;   // one an octree
+  std::vector<PosedSvo> posed_;      // one an object; only leaders' are used
+  std::vector<uint32_t> leader_;     // of each object: the first one with this octree and pose
+  std::vector<uint32_t> leaders_;    // in this pose
+  std::vector<VoxelInstance> instances_;
+  std::vector<uint32_t> objects_;
+  std::vector<Box> boxes_;
+  Box box_;
+};
+
+}  // namespace sinew
