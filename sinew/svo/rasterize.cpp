@@ -113,7 +113,7 @@ struct Frame {
   uint32_t chunks = 0;  // of blocks; one more for nodes
   uint32_t blocks_a_chunk = 1;
   uint32_t first_node = 0;  // in scratch.cells, behind those of blocks
-  RasterStats stats;
+  RasterStats stats = {};
 
   uint32_t tiles() const { return tiles_x * tiles_y; }
 };

@@ -26,7 +26,7 @@ using Vf = hn::Vec<Df>;
 using Vu = hn::Vec<Du>;
 using Vi = hn::Vec<Di>;
 HWY_INLINE constexpr uint32_t lanes() {
-  return static_cast<uint32_t>(HWY_MAX_LANES_D(Df));
+  return static_cast<uint32_t>(hn::MaxLanes(Df()));
 }
 
 // Voxels of a cell. A *spot* names one of the drawn level in 9 bits as codes of level 0 and 1 do,
@@ -39,7 +39,7 @@ struct Spots {
 
 HWY_INLINE uint32_t append_mask(uint64_t mask, uint32_t first, uint32_t count, uint16_t* out) {
   const hn::CappedTag<uint16_t, 32> d;
-  constexpr uint32_t kStep = static_cast<uint32_t>(HWY_MAX_LANES_D(decltype(d)));
+  constexpr uint32_t kStep = static_cast<uint32_t>(hn::MaxLanes(hn::CappedTag<uint16_t, 32>()));
   const auto start = hn::Iota(d, static_cast<uint16_t>(first));
   for (uint32_t i = 0; i < 64; i += kStep) {
     // Bytes, as far as the vector has lanes; the mask's lowest come first on all our machines.
