@@ -8,6 +8,7 @@
 #include "bench/copies.h"
 #include "bench/measure.h"
 #include "sinew/io/load.h"
+#include "sinew/render/voxel_looks.h"
 
 namespace sinew::bench {
 namespace {
@@ -88,6 +89,38 @@ void make_voxel_scene(AsvoBody& body) {
 
 }  // namespace
 
+// Looks of the body's surface: those of the meshes that it is made of.
+class BodyLooks {
+ public:
+  BodyLooks(const Scene& scene, float voxel) : textures_(scene) {
+    uint32_t first = 0;
+    for (const SceneObject& object : scene.objects) {
+      textures_.prepare(scene.meshes[object.mesh], voxel);
+    }
+    for (const SceneObject& object : scene.objects) {
+      const Mesh& mesh = scene.meshes[object.mesh];
+      first_.push_back(first);
+      looks_.emplace_back(scene, mesh, textures_);
+      first += static_cast<uint32_t>(mesh.triangles.size());
+    }
+  }
+  BodyLooks(const BodyLooks&) = delete;
+  BodyLooks& operator=(const BodyLooks&) = delete;
+
+  void operator()(const SurfaceBatch& batch) const {
+    const auto after = std::ranges::upper_bound(first_, batch.triangle);
+    const auto mesh = static_cast<size_t>(after - first_.begin()) - 1;
+    SurfaceBatch own = batch;
+    own.triangle -= first_[mesh];
+    looks_[mesh](own);
+  }
+
+ private:
+  LookTextures textures_;
+  std::vector<uint32_t> first_;  // triangle of each mesh
+  std::vector<MeshLooks> looks_;
+};
+
 Motion AsvoBody::motion() const {
   if (joint_count == 0) return RigidMotion{rest};
   return SkinMotion{rest, influences, joints, weights, joint_count};
@@ -108,6 +141,41 @@ Result<AsvoBody> open_asvo_body(const AsvoBodyChoice& choice, uint32_t resolutio
   make_voxel_scene(body);
   SINEW_CHECKED(voxelise(body, resolution));
   return body;
+}
+
+Result<VoxelSurface> voxelise_at(const AsvoBody& body, std::span<const vec3> positions,
+                                 const VoxelGrid& grid) {
+  const BodyLooks looks(body.triangles, grid.voxel);
+  return voxelize(positions, body.faces, grid, looks);
+}
+
+Result<void> voxelise(AsvoBody& body, uint32_t resolution) {
+  SINEW_TRY(const VoxelGrid grid, make_grid(surface_box(body.rest, body.faces), resolution));
+  Error failed;
+  bool good = false;
+  body.voxelise_ms = milliseconds([&] {
+    auto surface = voxelise_at(body, body.rest, grid);
+    good = surface.has_value();
+    if (good) {
+      body.surface = std::move(*surface);
+    } else {
+      failed = surface.error();
+    }
+  });
+  if (!good) return fail(failed);
+  body.make_ms = milliseconds([&] {
+    auto svo = make_svo(body.surface, body.source());
+    good = svo.has_value();
+    if (good) {
+      body.voxels.octrees[0] = std::move(*svo);
+    } else {
+      failed = svo.error();
+    }
+  });
+  if (!good) return fail(failed);
+  body.voxels.octrees[0].name = body.name;
+  list_objects(body.voxels);
+  return {};
 }
 
 void pose_at(const AsvoBody& body, int clip, double u, AsvoPose& out) {

@@ -51,6 +51,10 @@ struct AsvoBodyChoice {
 
 Result<AsvoBody> open_asvo_body(const AsvoBodyChoice& choice, uint32_t resolution);
 
+// The body's surface as voxels of the grid, wherever its vertices are.
+Result<VoxelSurface> voxelise_at(const AsvoBody& body, std::span<const vec3> positions,
+                                 const VoxelGrid& grid);
+
 // The same body in other voxels.
 Result<void> voxelise(AsvoBody& body, uint32_t resolution);
 
