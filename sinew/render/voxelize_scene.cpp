@@ -1,0 +1,309 @@
+#include "sinew/render/voxelize_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "sinew/render/voxel_looks.h"
+#include "sinew/scene/sample.h"
+
+namespace sinew {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+bool stands_still(const Mesh& mesh) {
+  return mesh.keys > 0 || mesh.vertex_program != nullptr;
+}
+
+std::string name_of(const Scene& scene, const SceneObject& object) {
+  const std::string& mesh = scene.meshes[object.mesh].name;
+  if (!mesh.empty()) return mesh;
+  const std::string& node = scene.nodes[object.node].name;
+  return node.empty() ? fmt::format("object {}", &object - scene.objects.data()) : node;
+}
+
+// One octree: a mesh, with the joints of a skin or without.
+struct OctreeJob {
+  uint32_t object = 0;  // the first one that shows it
+  double scale = 0.0;   // the largest of its instances: world over object
+};
+
+double scale_of(const Affine& m) {
+  return std::max({length(glm::dvec3(m[0])), length(glm::dvec3(m[1])), length(glm::dvec3(m[2]))});
+}
+
+// How much larger the object is in the world than in its own space. Skins: the mean over joints.
+double scale_of(const SceneObject& object, const Pose& pose) {
+  if (object.skin < 0) return scale_of(pose.placement);
+  double sum = 0.0;
+  for (const Affine& joint : pose.joints) sum += scale_of(joint);
+  return pose.joints.empty() ? 1.0 : sum / static_cast<double>(pose.joints.size());
+}
+
+// The object at rest in the world.
+Box world_box(const Scene& scene, const ScenePose& pose, uint32_t object) {
+  const Mesh& mesh = scene.meshes[scene.objects[object].mesh];
+  std::vector<vec3> positions(mesh.positions.size());
+  if (stands_still(mesh)) {
+    std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(),
+                   [&](vec3 p) { return transform_point(pose.objects[object].placement, p); });
+  } else {
+    world_positions(scene, pose, object, positions);
+  }
+  return surface_box(positions, mesh.triangles);
+}
+
+Motion motion_of_voxels(const Mesh& mesh, bool skinned) {
+  return stands_still(mesh) ? Motion(RigidMotion{mesh.positions}) : motion_of(mesh, skinned);
+}
+
+Error named(Error error, const std::string& name) {
+  error.element = error.element.empty() ? name : name + ", " + error.element;
+  return error;
+}
+
+// What of the scene's colours fills solids: the mean of the object's materials by triangles.
+uint16_t inside_color(const Scene& scene, const Mesh& mesh) {
+  vec3 sum(0.0f);
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    sum += vec3(scene.materials[mesh.material_of(i)].base_color);
+  }
+  return pack_color(sum / static_cast<float>(std::max<size_t>(mesh.triangles.size(), 1)));
+}
+
+// `voxel`: the side in the object's space; 0: the resolution counts.
+Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float voxel,
+                                      const VoxelizeSceneOptions& options, LookTextures& textures) {
+  const SceneObject& object = scene.objects[index];
+  const Mesh& mesh = scene.meshes[object.mesh];
+  if (scene.materials.size() > std::numeric_limits<uint16_t>::max()) {
+    return fail({ErrorKind::bad_input, scene.name, "", "more materials than octrees can name", ""});
+  }
+  const Box box = surface_box(mesh.positions, mesh.triangles);
+  SINEW_TRY(const VoxelGrid grid, voxel > 0.0f ? grid_of_voxels(box, voxel)
+                                               : grid_of_resolution(box, options.resolution));
+  textures.prepare(mesh, grid.voxel);
+  const MeshLooks looks(scene, mesh, textures);
+  VoxelizedObject out;
+  SINEW_TRY(out.surface, voxelize(mesh.positions, mesh.triangles, grid, looks,
+                                  {.shell = options.shell,
+                                   .solid = options.solid,
+                                   .inside_color = inside_color(scene, mesh),
+                                   .memory_limit = options.memory_limit}));
+  out.triangles = mesh.triangles;
+  out.materials.resize(mesh.triangles.size());
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    out.materials[i] = static_cast<uint16_t>(mesh.material_of(i));
+  }
+  out.motion = motion_of_voxels(mesh, object.skin >= 0);
+  return out;
+}
+
+// The work on one scene.
+class SceneVoxelizer {
+ public:
+  SceneVoxelizer(const Scene& scene, const VoxelizeSceneOptions& options)
+      : from_(scene), options_(options), textures_(scene) {}
+
+  Result<VoxelizedScene> run() {
+    SINEW_CHECKED(list_jobs());
+    SINEW_CHECKED(choose_voxel());
+    out_.scene = from_;
+    for (uint32_t i = 0; i < jobs_.size(); ++i) {
+      const std::string name = name_of(from_, from_.objects[jobs_[i].object]);
+      if (options_.on_octree && !options_.on_octree(i, static_cast<uint32_t>(jobs_.size()), name)) {
+        return fail({ErrorKind::runtime, from_.name, "", "voxelising was ended", ""});
+      }
+      if (Result<void> made = make_octree(jobs_[i], name); !made) {
+        return fail(named(made.error(), name));
+      }
+    }
+    hang_octrees();
+    drop_meshes();
+    list_objects(out_.scene);
+    return std::move(out_);
+  }
+
+ private:
+  bool is_chosen(uint32_t object) const {
+    return options_.chosen.empty() || options_.chosen[object] != 0;
+  }
+
+  // Which octrees there will be, and how large what they show is.
+  Result<void> list_jobs() {
+    ScenePose pose;
+    sample(from_, kRestPose, 0.0, pose);
+    std::map<std::pair<uint32_t, bool>, uint32_t> known;
+    job_of_.assign(from_.objects.size(), -1);
+    uint32_t chosen = 0;
+    for (uint32_t i = 0; i < from_.objects.size(); ++i) {
+      if (!is_chosen(i)) continue;
+      ++chosen;
+      const SceneObject& object = from_.objects[i];
+      const double scale = scale_of(object, pose.objects[i]);
+      const Box box = world_box(from_, pose, i);
+      if (box.empty() || !is_finite(box) || !(scale > 0.0)) {
+        warn(i, "has no surface at rest and is left out");
+        continue;
+      }
+      world_.extend(box);
+      const auto [place, is_new] =
+          known.try_emplace({object.mesh, object.skin >= 0}, static_cast<uint32_t>(jobs_.size()));
+      if (is_new) {
+        jobs_.push_back({i, scale});
+        if (stands_still(from_.meshes[object.mesh])) {
+          warn(i, "moves by a vertex cache or program: its voxels stand still");
+        }
+      }
+      OctreeJob& job = jobs_[place->second];
+      job.scale = std::max(job.scale, scale);
+      job_of_[i] = static_cast<int32_t>(place->second);
+    }
+    if (jobs_.empty()) {
+      return fail({chosen == 0 ? ErrorKind::usage : ErrorKind::bad_input, from_.name, "",
+                   "there is no object to voxelise", ""});
+    }
+    return {};
+  }
+
+  void warn(uint32_t object, const char* what) {
+    warnings_.push_back(fmt::format("'{}' {}", name_of(from_, from_.objects[object]), what));
+  }
+
+  Result<void> choose_voxel() {
+    if (options_.voxel > 0.0) {
+      out_.voxel = options_.voxel;
+      return {};
+    }
+    if (options_.resolution == 0 || options_.resolution > kHighestResolution) {
+      return fail({ErrorKind::usage, "", fmt::format("resolution {}", options_.resolution),
+                   "that is no resolution", fmt::format("write 1 to {}", kHighestResolution)});
+    }
+    const glm::dvec3 extent = glm::dvec3(world_.max) - glm::dvec3(world_.min);
+    out_.voxel = voxel_side(std::max({extent.x, extent.y, extent.z}), options_.resolution);
+    return {};
+  }
+
+  Result<void> make_octree(const OctreeJob& job, const std::string& name) {
+    const SceneObject& object = from_.objects[job.object];
+    const Mesh& mesh = from_.meshes[object.mesh];
+    const bool own = options_.each && !(options_.voxel > 0.0);
+    const auto start = Clock::now();
+    SINEW_TRY(
+        const VoxelizedObject made,
+        voxelize_with(from_, job.object, own ? 0.0f : static_cast<float>(out_.voxel / job.scale),
+                      options_, textures_));
+    OctreeReport report;
+    report.voxelize_s = seconds_since(start);
+    const auto between = Clock::now();
+    SINEW_TRY(Svo octree, make_svo(made.surface, made.source()));
+    report.octree_s = seconds_since(between);
+    octree.name = name;
+    octree.morph_weights.resize(octree.morph_targets, 0.0f);
+    std::copy_n(mesh.morph_weights.begin(),
+                std::min(mesh.morph_weights.size(), octree.morph_weights.size()),
+                octree.morph_weights.begin());
+    report.name = name;
+    report.resolution = octree.grid.resolution;
+    report.voxel = octree.grid.voxel;
+    report.triangles = mesh.triangles.size();
+    report.fragments = made.surface.fragments.size();
+    report.voxels = octree.voxel_count();
+    report.bytes = octree.bytes();
+    out_.octrees.push_back(std::move(report));
+    out_.scene.octrees.push_back(std::move(octree));
+    return {};
+  }
+
+  // Nodes of chosen objects show octrees instead of meshes.
+  void hang_octrees() {
+    Scene& scene = out_.scene;
+    const auto first = static_cast<int32_t>(from_.octrees.size());
+    for (uint32_t i = 0; i < from_.objects.size(); ++i) {
+      if (!is_chosen(i) && options_.keep_meshes) continue;
+      Node& node = scene.nodes[from_.objects[i].node];
+      node.mesh = -1;
+      if (job_of_[i] >= 0) node.octree = first + job_of_[i];
+      const uint32_t targets =
+          node.octree < 0 ? 0 : scene.octrees[static_cast<size_t>(node.octree)].morph_targets;
+      if (node.weights.size() != targets) node.weights.clear();
+      if (node.octree < 0) node.skin = -1;
+    }
+    for (Clip& clip : scene.clips) {
+      std::erase_if(clip.channels, [&](const Channel& channel) {
+        const Node& node = scene.nodes[channel.node];
+        if (node.mesh >= 0) return false;
+        if (channel.path == ChannelPath::cache_key) return true;
+        return channel.path == ChannelPath::weights &&
+               (node.octree < 0 ||
+                scene.octrees[static_cast<size_t>(node.octree)].morph_targets == 0);
+      });
+    }
+    scene.warnings = from_.warnings;
+    scene.warnings.insert(scene.warnings.end(), warnings_.begin(), warnings_.end());
+  }
+
+  void drop_meshes() {
+    Scene& scene = out_.scene;
+    std::vector<int32_t> place(scene.meshes.size(), -1);
+    for (const Node& node : scene.nodes) {
+      if (node.mesh >= 0) place[static_cast<size_t>(node.mesh)] = 0;
+    }
+    std::vector<Mesh> kept;
+    for (size_t i = 0; i < scene.meshes.size(); ++i) {
+      if (place[i] < 0) continue;
+      place[i] = static_cast<int32_t>(kept.size());
+      kept.push_back(std::move(scene.meshes[i]));
+    }
+    scene.meshes = std::move(kept);
+    for (Node& node : scene.nodes) {
+      if (node.mesh >= 0) node.mesh = place[static_cast<size_t>(node.mesh)];
+    }
+    if (!scene.meshes.empty()) return;
+    // Voxels have their colours and normals; nothing reads textures any more.
+    scene.images.clear();
+    for (Material& material : scene.materials) {
+      for (TextureRef* texture :
+           {&material.base_color_texture, &material.metallic_roughness_texture,
+            &material.normal_texture, &material.occlusion_texture, &material.emissive_texture,
+            &material.transmission_texture}) {
+        *texture = {};
+      }
+    }
+  }
+
+  const Scene& from_;
+  const VoxelizeSceneOptions& options_;
+  LookTextures textures_;
+  std::vector<OctreeJob> jobs_;
+  std::vector<int32_t> job_of_;  // one an object; -1: none
+  std::vector<std::string> warnings_;
+  Box world_;
+  VoxelizedScene out_;
+};
+
+}  // namespace
+
+Result<VoxelizedObject> voxelize_object(const Scene& scene, uint32_t object,
+                                        const VoxelizeSceneOptions& options) {
+  LookTextures textures(scene);
+  Result<VoxelizedObject> made =
+      voxelize_with(scene, object, static_cast<float>(options.voxel), options, textures);
+  if (!made) return fail(named(made.error(), name_of(scene, scene.objects[object])));
+  return made;
+}
+
+Result<VoxelizedScene> voxelize_scene(const Scene& scene, const VoxelizeSceneOptions& options) {
+  return SceneVoxelizer(scene, options).run();
+}
+
+}  // namespace sinew
