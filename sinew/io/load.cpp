@@ -12,8 +12,10 @@
 #include "sinew/io/gltf/gltf.h"
 #include "sinew/io/polygon/scene.h"
 #include "sinew/io/polygon/sequence.h"
+#include "sinew/io/svo/svo.h"
 #include "sinew/io/text.h"
 #include "sinew/io/vertex_cache.h"
+#include "sinew/io/vox/vox.h"
 #include "sinew/scene/study.h"
 
 namespace sinew {
@@ -77,6 +79,8 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
     return !literal && is_sequence(input) ? load_sequence(input, options)
                                           : load_polygons(input, options);
   }
+  if (extension == ".svo") return load_svo(input, options);
+  if (extension == ".vox") return load_vox(input, options);
   if (extension == ".aff") return load_aff(input, {}, options);
   if (is_vertex_cache(input)) {
     return fail({ErrorKind::bad_input, input, "", "a vertex cache needs its base mesh",
@@ -85,7 +89,7 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
   return fail({ErrorKind::bad_input, input, "",
                extension.empty() ? "has no extension that says what it is"
                                  : "files \"" + extension + "\" are not supported",
-               "give .gltf, .glb, .obj, .ply, .aff, frames_####.obj, base.obj+cache.pc2 or "
+               "give .gltf, .glb, .obj, .ply, .aff, .svo, .vox, frames_####.obj, base.obj+cache.pc2 or "
                "study:NAME"});
 }
 

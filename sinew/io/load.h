@@ -1,5 +1,6 @@
 // Reads scenes from files: glTF 2.0 and GLB, OBJ and PLY, sequences of them, PC2 and MDD vertex
-// caches over them, BART's AFF, and the project's own study scenes.
+// caches over them, BART's AFF, MagicaVoxel's voxels, octrees of our own, and the project's own study
+// scenes.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +24,8 @@ struct LoadOptions {
 //                                lie beside the mesh
 //   scene.aff                    BART's animated file format
 //   aff:complexity=8,museum5.aff ... with its animated triangles split into 4^8
+//   walk.svo                     octrees and the scene around them, see io/svo/svo.h
+//   castle.vox                   MagicaVoxel's models, see io/vox/vox.h
 //   study:NAME[,key=value...]    see scene/study.h
 // Files that a file refers to must lie in its own folder or below it; the textures of an AFF file
 // may also lie in a folder TextureFiles beside its own, as BART has them. The scene that comes back

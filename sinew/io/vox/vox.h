@@ -50,6 +50,9 @@ struct SavedVox {
 Result<SavedVox> save_vox(std::span<const VoxObject> objects, std::span<const Material> materials,
                           const std::string& path);
 
+// Whether save_vox can write `path`: to be asked before long work.
+Result<void> check_save_vox(const std::string& path);
+
 // The voxels of an octree at rest, sorted: of copies of one place, the first.
 std::vector<PlainVoxel> plain_voxels(const Svo& svo);
 
