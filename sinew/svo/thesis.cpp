@@ -148,10 +148,11 @@ ThesisOctree make_thesis_octree(const VoxelGrid& grid, std::span<const ThesisVox
   levels.push_back(leaves_of(voxels));
   const uint32_t side = std::max({grid.resolution.x, grid.resolution.y, grid.resolution.z, 1u});
   while (1u << (levels.size() - 1) < side) levels.push_back(level_above(levels.back()));
-  ThesisOctree out{.grid = grid, .joints = joints, .nodes = {}};
+  ThesisOctree out{.grid = grid, .joints = joints, .nodes = {}, .places = {}};
   out.leaves = static_cast<uint32_t>(voxels.size());
   for (size_t l = levels.size(); l-- > 0;) {
     const auto next = static_cast<uint32_t>(out.nodes.size() + levels[l].nodes.size());
+    out.places.insert(out.places.end(), levels[l].places.begin(), levels[l].places.end());
     for (ThesisNode node : levels[l].nodes) {
       if (node.children != 0) node.first_child += next;
       out.nodes.push_back(node);
@@ -213,11 +214,19 @@ VoxelSample sample_thesis(std::span<const ThesisInstance> instances, VisibilityK
   out.instance = static_cast<uint32_t>(&instance - instances.data());
   out.unit = unit - instance.first_unit;
   out.code = key_code(key);
-  const ThesisNode& node = instance.octree->nodes[size_t{out.unit} << 10 | out.code];
+  const ThesisOctree& octree = *instance.octree;
+  const size_t index = size_t{out.unit} << 10 | out.code;
+  const ThesisNode& node = octree.nodes[index];
+  const uvec3 place = voxel_of(octree.places[index] << 3 * node.level);
+  const vec3 rest = octree.grid.origin +
+                    octree.grid.voxel * (vec3(place) + 0.5f * static_cast<float>(1u << node.level));
+  const std::span<const Affine> joints =
+      octree.joints == 0 ? std::span<const Affine>() : instance.joints;
+  out.position = transform_point(instance.placement, thesis_point(node.skin, joints, rest));
   out.level = node.level;
   out.material = node.material;
-  out.size = instance.octree->grid.voxel * static_cast<float>(1u << node.level) *
-             scale_of(instance.placement);
+  out.size =
+      octree.grid.voxel * static_cast<float>(1u << node.level) * scale_of(instance.placement);
   out.normal = normalize(cofactor(instance.placement) * node.normal);
   out.color = unpack_color(node.color);
   return out;

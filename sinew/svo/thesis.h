@@ -40,6 +40,9 @@ struct ThesisOctree {
   VoxelGrid grid;
   uint32_t joints = 0;            // that a pose must have; 0: not skinned
   std::vector<ThesisNode> nodes;  // root first, level by level, each in Morton order
+  // Of each node: Morton code of its place among those of its level. Rasterising finds places on
+  // its way; this is for sample_thesis() alone, and not counted.
+  std::vector<VoxelMorton> places;
 
   uint32_t leaves = 0;
   size_t bytes() const { return nodes.size() * sizeof(ThesisNode); }
@@ -111,8 +114,7 @@ ThesisStats rasterize_thesis(std::span<const ThesisInstance> instances, const Ra
                              const ThesisSettings& settings, ThesisScratch& scratch,
                              Visibility& out);
 
-// What a key of rasterize_thesis names, but for its position: that follows from pixel and depth, as
-// nodes know nothing of their places.
+// What a key of rasterize_thesis names.
 VoxelSample sample_thesis(std::span<const ThesisInstance> instances, VisibilityKey key);
 
 }  // namespace sinew

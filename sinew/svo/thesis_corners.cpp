@@ -126,11 +126,19 @@ uint64_t rasterize_corners(const CornerVoxels& voxels, std::span<const Affine> j
   return drawn;
 }
 
-VoxelSample sample_corners(const CornerVoxels& voxels, const Affine& placement, VisibilityKey key) {
+VoxelSample sample_corners(const CornerVoxels& voxels, std::span<const Affine> joints,
+                           const Affine& placement, VisibilityKey key) {
+  if (voxels.joints == 0) joints = {};
   VoxelSample out;
   out.unit = key_unit(key);
   out.code = key_code(key);
-  const ThesisVoxel& voxel = voxels.voxels[size_t{out.unit} << 10 | out.code];
+  const size_t index = size_t{out.unit} << 10 | out.code;
+  const ThesisVoxel& voxel = voxels.voxels[index];
+  vec3 sum(0.0f);
+  for (const uint32_t c : voxels.corner[index]) {
+    sum += thesis_point(voxels.skin[c], joints, voxels.rest[c]);
+  }
+  out.position = transform_point(placement, 0.125f * sum);
   out.material = voxel.material;
   out.size = voxels.grid.voxel * std::cbrt(std::abs(glm::determinant(linear_part(placement))));
   out.normal = normalize(cofactor(placement) * unpack_normal(voxel.normal));

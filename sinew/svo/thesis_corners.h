@@ -41,7 +41,8 @@ uint64_t rasterize_corners(const CornerVoxels& voxels, std::span<const Affine> j
                            const Affine& placement, const RasterView& view, CornerScratch& scratch,
                            Visibility& out);
 
-// What a key of rasterize_corners names, but for its position. Normals stay as they rest.
-VoxelSample sample_corners(const CornerVoxels& voxels, const Affine& placement, VisibilityKey key);
+// What a key of rasterize_corners names. Normals stay as they rest.
+VoxelSample sample_corners(const CornerVoxels& voxels, std::span<const Affine> joints,
+                           const Affine& placement, VisibilityKey key);
 
 }  // namespace sinew
