@@ -66,7 +66,7 @@ class CornerJoiner {
   void join_by_vertices();
   void join_inside();
   // Classes of the block's own sheets as corners; one index a corner of a sheet.
-  void number(BlockPart& part, std::vector<SurfacePoint>& points);
+  void number(BlockPart& part, std::vector<SheetPoint>& points);
   const uint16_t* corners_of(size_t sheet) const { return &index_[8 * sheet]; }
 
  private:
@@ -236,7 +236,7 @@ void CornerJoiner::join_inside() {
   }
 }
 
-void CornerJoiner::number(BlockPart& part, std::vector<SurfacePoint>& points) {
+void CornerJoiner::number(BlockPart& part, std::vector<SheetPoint>& points) {
   std::vector<uint32_t> corner_of(parent_.size(), kNone);  // by root
   index_.resize(8 * size_t{own_sheets_});
   for (uint32_t node = 0; node < index_.size(); ++node) {
@@ -251,23 +251,23 @@ void CornerJoiner::number(BlockPart& part, std::vector<SurfacePoint>& points) {
     }
     index_[node] = static_cast<uint16_t>(corner);
   }
-  points.assign(part.corners.size(), SurfacePoint{});
+  points.assign(part.corners.size(), SheetPoint{});
   for (uint32_t node = 0; node < parent_.size(); ++node) {
     const uint32_t corner = corner_of[root(node)];
     if (corner == kNone) continue;
-    const SurfacePoint& point = sheets_[node >> 3].sheet->near[node & 7];
+    const SheetPoint& point = sheets_[node >> 3].sheet->near[node & 7];
     if (nearer(point, points[corner])) points[corner] = point;
   }
 }
 
 // Targets that move no corner of the block are left out.
-void make_deltas(const LatticeSource& source, std::span<const SurfacePoint> points,
+void make_deltas(const LatticeSource& source, std::span<const SheetPoint> points,
                  std::span<const float> units, BlockPart& part) {
   for (uint32_t target = 0; target < source.targets; ++target) {
     if (units[target] == 0.0f) continue;
     const size_t first = part.deltas.size();
     bool moves = false;
-    for (const SurfacePoint& point : points) {
+    for (const SheetPoint& point : points) {
       const vec3 delta = target_delta(source, point, target) / units[target];
       std::array<int16_t, 3> stored{};
       for (int i = 0; i < 3; ++i) {
@@ -290,7 +290,7 @@ void make_corners(const LatticeSource& source, std::span<const BlockSheets> bloc
   joiner.collect();
   joiner.join_by_vertices();
   joiner.join_inside();
-  std::vector<SurfacePoint> points;
+  std::vector<SheetPoint> points;
   joiner.number(part, points);
   if (source.skin.influences > 0) {
     for (size_t c = 0; c < points.size(); ++c) skin_corner(source, points[c], part.corners[c]);

@@ -76,11 +76,11 @@ LatticeSource lattice_source(const VoxelGrid& grid, const SvoSource& source) {
   return out;
 }
 
-bool nearer(const SurfacePoint& a, const SurfacePoint& b) {
+bool nearer(const SheetPoint& a, const SheetPoint& b) {
   return std::tie(a.distance2, a.triangle, a.v, a.w) < std::tie(b.distance2, b.triangle, b.v, b.w);
 }
 
-SurfacePoint nearest_point(const LatticeSource& source, uint32_t triangle, vec3 to) {
+SheetPoint nearest_point(const LatticeSource& source, uint32_t triangle, vec3 to) {
   const uvec3 t = source.triangles[triangle];
   const vec3 a = source.rest[t.x], ab = source.rest[t.y] - a, ac = source.rest[t.z] - a;
   const vec3 p = to - a;
@@ -89,14 +89,14 @@ SurfacePoint nearest_point(const LatticeSource& source, uint32_t triangle, vec3 
   return {dot(d, d), triangle, vw.x, vw.y};
 }
 
-SurfacePoint seen_from(const LatticeSource& source, const SurfacePoint& point, vec3 to) {
+SheetPoint seen_from(const LatticeSource& source, const SheetPoint& point, vec3 to) {
   const uvec3 t = source.triangles[point.triangle];
   const vec3 a = source.rest[t.x], ab = source.rest[t.y] - a, ac = source.rest[t.z] - a;
   const vec3 d = to - a - point.v * ab - point.w * ac;
   return {dot(d, d), point.triangle, point.v, point.w};
 }
 
-void skin_corner(const LatticeSource& source, const SurfacePoint& point, PartCorner& out) {
+void skin_corner(const LatticeSource& source, const SheetPoint& point, PartCorner& out) {
   out.joints = {};
   out.weights = {65535, 0, 0, 0};
   if (point.triangle == kInside) return;
@@ -130,7 +130,7 @@ void skin_corner(const LatticeSource& source, const SurfacePoint& point, PartCor
   quantize({all, kept}, out);
 }
 
-vec3 target_delta(const LatticeSource& source, const SurfacePoint& point, uint32_t target) {
+vec3 target_delta(const LatticeSource& source, const SheetPoint& point, uint32_t target) {
   if (point.triangle == kInside) return vec3(0.0f);
   const vec3* const deltas = source.deltas.data() + target * source.rest.size();
   const uvec3 t = source.triangles[point.triangle];

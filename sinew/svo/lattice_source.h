@@ -25,22 +25,22 @@ struct LatticeSource {
 LatticeSource lattice_source(const VoxelGrid& grid, const SvoSource& source);
 
 // A point on the surface, as a corner sees it: a + v (b - a) + w (c - a).
-struct SurfacePoint {
+struct SheetPoint {
   float distance2 = std::numeric_limits<float>::infinity();
   uint32_t triangle = kInside;  // none
   float v = 0.0f, w = 0.0f;
 };
 // A total order, so that whoever compares the same points takes the same one.
-bool nearer(const SurfacePoint& a, const SurfacePoint& b);
+bool nearer(const SheetPoint& a, const SheetPoint& b);
 
 // The point of the triangle that is nearest to `to`.
-SurfacePoint nearest_point(const LatticeSource& source, uint32_t triangle, vec3 to);
+SheetPoint nearest_point(const LatticeSource& source, uint32_t triangle, vec3 to);
 // The same point of the surface as seen from elsewhere.
-SurfacePoint seen_from(const LatticeSource& source, const SurfacePoint& point, vec3 to);
+SheetPoint seen_from(const LatticeSource& source, const SheetPoint& point, vec3 to);
 
 // The four heaviest influences on the point, which sum to 65535.
-void skin_corner(const LatticeSource& source, const SurfacePoint& point, PartCorner& out);
-vec3 target_delta(const LatticeSource& source, const SurfacePoint& point, uint32_t target);
+void skin_corner(const LatticeSource& source, const SheetPoint& point, PartCorner& out);
+vec3 target_delta(const LatticeSource& source, const SheetPoint& point, uint32_t target);
 
 // Equal for vertices at equal positions; of vertices without positions, for the same one.
 uint64_t vertex_key(const LatticeSource& source, uint32_t vertex);

@@ -11,7 +11,7 @@ namespace {
 
 struct Seed {
   uint32_t block = 0, sheet = 0;
-  SurfacePoint near[8];
+  SheetPoint near[8];
   bool found = false;
 };
 
@@ -39,12 +39,12 @@ void look_around(const LatticeSource& source, std::span<const BlockSheets> block
   const uint64_t cell = block.morton << 9 | block.sheets[seed.sheet].cell;
   const uvec3 place = voxel_of(cell);
   for_each_around(blocks, cell, [&](const Sheet& sheet) {
-    for (const SurfacePoint& point : sheet.near) {
+    for (const SheetPoint& point : sheet.near) {
       if (point.triangle == kInside) continue;
       seed.found = true;
       for (uint32_t k = 0; k < 8; ++k) {
         const vec3 corner = corner_rest(source.grid, place + uvec3(k & 1, k >> 1 & 1, k >> 2));
-        const SurfacePoint seen = seen_from(source, point, corner);
+        const SheetPoint seen = seen_from(source, point, corner);
         if (nearer(seen, seed.near[k])) seed.near[k] = seen;
       }
     }

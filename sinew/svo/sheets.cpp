@@ -113,7 +113,7 @@ class CellWriter {
   std::vector<uint32_t> met_;       // copies that the voxel at hand is in
   uint32_t best_[kMostSheets + 1];  // of those, the one of each sheet
   NearVoxels near_voxels_[kMostSheets];
-  SurfacePoint near_[kMostSheets][8];
+  SheetPoint near_[kMostSheets][8];
   uint32_t first_fragment_[512];  // of each voxel, by Morton code
   std::vector<VoxelFragment> inside_;
 };
@@ -183,14 +183,14 @@ void CellWriter::find_near(std::span<const VoxelFragment> fragments) {
   for (uint32_t sheet = 0; sheet < sheet_count_; ++sheet) {
     for (uint32_t k = 0; k < 8; ++k) {
       const vec3 corner = corner_rest(source_.grid, cell + uvec3(k & 1, k >> 1 & 1, k >> 2));
-      SurfacePoint best;
+      SheetPoint best;
       const VoxelMorton voxel =
           fragments.front().voxel >> 9 << 9 | (near_voxels_[sheet].at[k] & 511);
       for (size_t i = first_fragment_[voxel & 511];
            i < fragments.size() && fragments[i].voxel == voxel; ++i) {
         const uint32_t t = finder_.of_fragments()[i];
         if (t == kInside || finder_.triangles()[t].sheet != sheet) continue;
-        const SurfacePoint point = nearest_point(source_, fragments[i].triangle, corner);
+        const SheetPoint point = nearest_point(source_, fragments[i].triangle, corner);
         if (nearer(point, best)) best = point;
       }
       near_[sheet][k] = best;
