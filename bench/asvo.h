@@ -12,8 +12,9 @@
 namespace sinew::bench {
 
 struct AsvoOptions {
-  std::vector<std::string> only;  // parts (asvo_parts()); empty: all
-  std::string data;               // folder of the bodies that are not ours
+  std::vector<std::string> only;    // parts (asvo_parts()); empty: all
+  std::vector<std::string> bodies;  // of asvo_bodies(); empty: all
+  std::string data;                 // folder of the bodies that are not ours
   std::string creature = "study:creature,triangles=250000";
   uint32_t resolution = 1024;  // of all parts but the sweep of resolutions
   uint32_t size = 800;         // pixels a side
@@ -22,8 +23,9 @@ struct AsvoOptions {
   int threads = 2;
 };
 
-// What `only` may name.
+// What `only` and `bodies` may name.
 std::vector<std::string> asvo_parts();
+std::vector<std::string> asvo_bodies();
 
 // A report in the form that all benches share (`rows` have a "table" each), and pictures for its
 // page as HTML.

@@ -150,7 +150,8 @@ Result<VoxelSurface> voxelise_at(const AsvoBody& body, std::span<const vec3> pos
 }
 
 Result<void> voxelise(AsvoBody& body, uint32_t resolution) {
-  SINEW_TRY(const VoxelGrid grid, make_grid(surface_box(body.rest, body.faces), resolution));
+  SINEW_TRY(const VoxelGrid grid,
+            grid_of_resolution(surface_box(body.rest, body.faces), resolution));
   Error failed;
   bool good = false;
   body.voxelise_ms = milliseconds([&] {

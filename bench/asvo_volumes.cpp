@@ -156,7 +156,7 @@ Result<void> measure_revoxelise(const AsvoBody& body, const AsvoOptions& options
       });
     });
     SINEW_TRY(const VoxelGrid grid,
-              make_grid(surface_box(moved, body.faces), body.surface.grid.voxel));
+              grid_of_voxels(surface_box(moved, body.faces), body.surface.grid.voxel));
     Result<VoxelSurface> surface;
     const double voxelising = milliseconds([&] { surface = voxelise_at(body, moved, grid); });
     if (!surface) return fail(surface.error());
