@@ -37,5 +37,6 @@ Run define_render(CLI::App& options);
 Run define_optimize(CLI::App& options);
 Run define_compare(CLI::App& options);
 Run define_scene(CLI::App& options);
+Run define_voxelize(CLI::App& options);
 
 }  // namespace sinew::app

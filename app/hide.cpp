@@ -15,50 +15,68 @@ bool fits(const std::string& pattern, const std::string& name) {
 }
 
 // Then the node is no object any more; what hangs below it stays.
-void remove_mesh(Node& node) {
+void remove_contents(Node& node) {
   node.mesh = -1;
+  node.octree = -1;
   node.skin = -1;
   node.weights.clear();
 }
 
+bool is_object(const Node& node) {
+  return node.mesh >= 0 || node.octree >= 0;
+}
+
+// Of the mesh or octree that the node shows.
+const std::string& name_of_contents(const Scene& scene, const Node& node) {
+  return node.mesh >= 0 ? scene.meshes[static_cast<size_t>(node.mesh)].name
+                        : scene.octrees[static_cast<size_t>(node.octree)].name;
+}
+
 std::string list_names(const Scene& scene) {
   std::string list;
-  const size_t count = std::min(kListed, scene.objects.size());
-  for (size_t i = 0; i < count; ++i) {
-    list += (i > 0 ? ", " : "") + scene.nodes[scene.objects[i].node].name;
+  size_t listed = 0;
+  for (const Node& node : scene.nodes) {
+    if (!is_object(node)) continue;
+    if (listed == kListed) return list + ", ...";
+    list += (listed++ > 0 ? ", " : "") + node.name;
   }
-  return scene.objects.size() > count ? list + ", ..." : list;
+  return list;
 }
 
 }  // namespace
 
-Result<void> hide_objects(Scene& scene, const std::vector<std::string>& patterns) {
-  std::vector<uint8_t> hidden(scene.objects.size(), 0);
+Result<std::vector<uint8_t>> find_objects(const Scene& scene,
+                                          const std::vector<std::string>& patterns,
+                                          const char* option) {
+  std::vector<uint8_t> is_found(scene.nodes.size(), 0);
   for (const std::string& pattern : patterns) {
     bool found = false;
-    for (size_t i = 0; i < scene.objects.size(); ++i) {
-      const SceneObject& object = scene.objects[i];
-      if (!fits(pattern, scene.nodes[object.node].name) &&
-          !fits(pattern, scene.meshes[object.mesh].name)) {
-        continue;
-      }
-      hidden[i] = 1;
+    for (size_t i = 0; i < scene.nodes.size(); ++i) {
+      const Node& node = scene.nodes[i];
+      if (!is_object(node)) continue;
+      if (!fits(pattern, node.name) && !fits(pattern, name_of_contents(scene, node))) continue;
+      is_found[i] = 1;
       found = true;
     }
     if (!found) {
       return fail({ErrorKind::usage, scene.name, "",
-                   fmt::format("--hide '{}' fits no object", pattern),
+                   fmt::format("{} '{}' fits no object", option, pattern),
                    "the objects are " + list_names(scene)});
     }
   }
+  return is_found;
+}
+
+Result<void> hide_objects(Scene& scene, const std::vector<std::string>& patterns) {
+  SINEW_TRY(const std::vector<uint8_t> hidden, find_objects(scene, patterns, "--hide"));
   for (size_t i = 0; i < hidden.size(); ++i) {
-    if (hidden[i]) remove_mesh(scene.nodes[scene.objects[i].node]);
+    if (hidden[i]) remove_contents(scene.nodes[i]);
   }
   for (Clip& clip : scene.clips) {
     std::erase_if(clip.channels, [&](const Channel& channel) {
-      const bool of_mesh =
+      const bool of_contents =
           channel.path == ChannelPath::weights || channel.path == ChannelPath::cache_key;
-      return of_mesh && scene.nodes[channel.node].mesh < 0;
+      return of_contents && !is_object(scene.nodes[channel.node]);
     });
   }
   list_objects(scene);

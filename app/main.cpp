@@ -29,6 +29,8 @@ constexpr Command kCommands[] = {
      define_render},
     {"optimize", "Makes trees that suit a whole animation, for render --tree", define_optimize},
     {"compare", "Says how much two pictures differ", define_compare},
+    {"voxelize", "Turns meshes into octrees of voxels that move with their skeletons",
+     define_voxelize},
     {"scene", "Writes a scene as glTF, for other programs", define_scene},
 #ifdef SINEW_HAVE_BENCH
     {"bench", "Measures against Embree", define_bench},

@@ -1,5 +1,5 @@
-// As gbuffer.cpp for albedo and normals, but many points at a time, and with one level of a texture
-// for all points of a triangle.
+// As gbuffer.cpp for base colours and normals, but many points at a time, and with one level of a
+// texture for all points of a triangle.
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "sinew/render/voxel_look_kernels.cpp"
 // clang-format off
@@ -14,6 +14,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace sinew {
 namespace HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -137,7 +138,6 @@ struct Footprint {
 };
 
 Footprint footprint_of(const LookTexture& texture, const Weights& w) {
-  const D d;
   const I di;
   const auto width = static_cast<int32_t>(texture.image->width);
   const auto height = static_cast<int32_t>(texture.image->height);
@@ -172,34 +172,17 @@ Footprint footprint_of(const LookTexture& texture, const Weights& w) {
   return out;
 }
 
-// Diffuse reflectance, and the base colour's alpha.
+// The base colour.
 Vector4 color_at(const LookTriangle& t, const Weights& w, bool wants_alpha) {
   const Decoder srgb{srgb_codes_to_linear().data()}, data;
   Vector4 base = at(w, t.base);
-  if (t.base_texture.image != nullptr) {
-    const Footprint texels = footprint_of(t.base_texture, w);
-    base.x = hn::Mul(base.x, texels.channel<0>(srgb));
-    base.y = hn::Mul(base.y, texels.channel<8>(srgb));
-    base.z = hn::Mul(base.z, texels.channel<16>(srgb));
-    if (wants_alpha) base.w = hn::Mul(base.w, texels.channel<24>(data));
-  }
-  V share = set(1.0f);
-  if (t.metallic > 0.0f) {
-    V metallic = set(t.metallic);
-    if (t.metallic_texture.image != nullptr) {
-      metallic = hn::Mul(metallic, footprint_of(t.metallic_texture, w).channel<16>(data));
-    }
-    share = hn::Sub(share, saturate(metallic));
-  }
-  if (t.transmission > 0.0f) {
-    V transmission = set(t.transmission);
-    if (t.transmission_texture.image != nullptr) {
-      transmission =
-          hn::Mul(transmission, footprint_of(t.transmission_texture, w).channel<0>(data));
-    }
-    share = hn::Mul(share, hn::Sub(set(1.0f), saturate(transmission)));
-  }
-  return {hn::Mul(base.x, share), hn::Mul(base.y, share), hn::Mul(base.z, share), base.w};
+  if (t.base_texture.image == nullptr) return base;
+  const Footprint texels = footprint_of(t.base_texture, w);
+  base.x = hn::Mul(base.x, texels.channel<0>(srgb));
+  base.y = hn::Mul(base.y, texels.channel<8>(srgb));
+  base.z = hn::Mul(base.z, texels.channel<16>(srgb));
+  if (wants_alpha) base.w = hn::Mul(base.w, texels.channel<24>(data));
+  return base;
 }
 
 // The normal map's normal; `normal` is of unit length.
@@ -273,6 +256,8 @@ VI packed_color(const Vector4& color) {
   const VI red = hn::ShiftLeft<11>(part(color.x, 31.0f));
   return hn::Or(red, hn::Or(hn::ShiftLeft<5>(part(color.y, 63.0f)), part(color.z, 31.0f)));
 }
+
+}  // namespace
 
 void look_at_points_kernel(const LookTriangle& t, const LookPoints& points) {
   const D d;

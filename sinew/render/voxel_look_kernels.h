@@ -27,11 +27,7 @@ struct LookTexture {
 struct LookTriangle {
   Linear<vec4> base;  // base colour factor times vertex colour
   LookTexture base_texture;
-  float metallic = 0.0f;
-  LookTexture metallic_texture;  // in B
-  float transmission = 0.0f;
-  LookTexture transmission_texture;  // in R
-  float least_alpha = -1.0f;         // what is below it is left out
+  float least_alpha = -1.0f;  // what is below it is left out
 
   vec3 face{0.0f};      // unit normal
   bool smooth = false;  // else the face's normal

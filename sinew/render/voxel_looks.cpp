@@ -94,8 +94,6 @@ void LookTextures::prepare(const Mesh& mesh, float voxel) {
     };
     add(m.base_color_texture, true);
     add(m.normal_texture, false);
-    if (m.metallic > 0.0f) add(m.metallic_roughness_texture, false);
-    if (m.transmission > 0.0f) add(m.transmission_texture, false);
   }
   for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     for (Use& use : uses[mesh.material_of(i)]) {
@@ -173,21 +171,18 @@ LookTriangle MeshLooks::triangle_of(uint32_t triangle, float voxel) const {
                 material.base_color * color.to_third};
   }
   out.base_texture = texture_of(material.base_color_texture, true, triangle, voxel);
-  if (!material.unlit) {  // whose colour is what it emits
-    out.metallic = material.metallic;
-    if (out.metallic > 0.0f) {
-      out.metallic_texture =
-          texture_of(material.metallic_roughness_texture, false, triangle, voxel);
-    }
-    out.transmission = material.transmission;
-    if (out.transmission > 0.0f) {
-      out.transmission_texture = texture_of(material.transmission_texture, false, triangle, voxel);
-    }
-  }
   if (material.alpha_mode == AlphaMode::mask) out.least_alpha = material.alpha_cutoff;
   if (material.alpha_mode == AlphaMode::blend) out.least_alpha = kLeastBlend;
   set_normals(triangle, voxel, out);
   return out;
+}
+
+uint16_t MeshLooks::mean_color() const {
+  vec3 sum(0.0f);
+  for (uint32_t i = 0; i < mesh_->triangles.size(); ++i) {
+    sum += vec3(scene_->materials[mesh_->material_of(i)].base_color);
+  }
+  return pack_color(sum / static_cast<float>(std::max<size_t>(mesh_->triangles.size(), 1)));
 }
 
 void MeshLooks::operator()(const SurfaceBatch& batch) const {

@@ -1,5 +1,5 @@
-// How a mesh at rest looks to the voxeliser: albedo and normals as gbuffer.h defines them, with
-// textures averaged over about a voxel.
+// How a mesh at rest looks to the voxeliser: base colours and normals as gbuffer.h defines them,
+// with textures averaged over about a voxel. What else materials say of a surface is left to them.
 #pragma once
 
 #include <cstdint>
@@ -50,6 +50,9 @@ class MeshLooks {
   MeshLooks(const Scene& scene, const Mesh& mesh, const LookTextures& textures);
 
   void operator()(const SurfaceBatch& batch) const;
+
+  // Packed, of the materials without their textures, by numbers of triangles: what fills solids.
+  uint16_t mean_color() const;
 
  private:
   LookTriangle triangle_of(uint32_t triangle, float voxel) const;

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <limits>
 #include <map>
 
+#include "sinew/math/srgb.h"
 #include "sinew/render/voxel_looks.h"
 #include "sinew/scene/sample.h"
 
@@ -71,15 +73,6 @@ Error named(Error error, const std::string& name) {
   return error;
 }
 
-// What of the scene's colours fills solids: the mean of the object's materials by triangles.
-uint16_t inside_color(const Scene& scene, const Mesh& mesh) {
-  vec3 sum(0.0f);
-  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    sum += vec3(scene.materials[mesh.material_of(i)].base_color);
-  }
-  return pack_color(sum / static_cast<float>(std::max<size_t>(mesh.triangles.size(), 1)));
-}
-
 // `voxel`: the side in the object's space; 0: the resolution counts.
 Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float voxel,
                                       const VoxelizeSceneOptions& options, LookTextures& textures) {
@@ -97,7 +90,7 @@ Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float 
   SINEW_TRY(out.surface, voxelize(mesh.positions, mesh.triangles, grid, looks,
                                   {.shell = options.shell,
                                    .solid = options.solid,
-                                   .inside_color = inside_color(scene, mesh),
+                                   .inside_color = looks.mean_color(),
                                    .memory_limit = options.memory_limit}));
   out.triangles = mesh.triangles;
   out.materials.resize(mesh.triangles.size());
@@ -106,6 +99,33 @@ Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float 
   }
   out.motion = motion_of_voxels(mesh, object.skin >= 0);
   return out;
+}
+
+// The image's mean, each channel in 0..1; white if there is none.
+vec4 mean_of(std::span<const Image8> images, const TextureRef& texture, bool srgb) {
+  const Image8* image = texture_image(images, texture);
+  if (image == nullptr) return vec4(1.0f);
+  const std::array<float, 256>& decode = srgb_codes_to_linear();
+  glm::dvec4 sum(0.0);
+  for (size_t i = 0; i < image->pixels.size(); ++i) {
+    const uint8_t code = image->pixels[i];
+    sum[static_cast<int>(i % 4)] += srgb && i % 4 < 3 ? decode[code] : code / 255.0;
+  }
+  return vec4(sum / static_cast<double>(image->pixels.size() / 4));
+}
+
+// Voxels have their colours and normals; of other textures the mean is left.
+void drop_textures(std::span<const Image8> images, Material& m) {
+  const vec4 surface = mean_of(images, m.metallic_roughness_texture, false);
+  m.roughness *= surface.y;
+  m.metallic *= surface.z;
+  m.emissive *= vec3(mean_of(images, m.emissive_texture, true));
+  m.transmission *= mean_of(images, m.transmission_texture, false).x;
+  for (TextureRef* texture :
+       {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
+        &m.occlusion_texture, &m.emissive_texture, &m.transmission_texture}) {
+    *texture = {};
+  }
 }
 
 // The work on one scene.
@@ -269,16 +289,8 @@ class SceneVoxelizer {
       if (node.mesh >= 0) node.mesh = place[static_cast<size_t>(node.mesh)];
     }
     if (!scene.meshes.empty()) return;
-    // Voxels have their colours and normals; nothing reads textures any more.
+    for (Material& material : scene.materials) drop_textures(scene.images, material);
     scene.images.clear();
-    for (Material& material : scene.materials) {
-      for (TextureRef* texture :
-           {&material.base_color_texture, &material.metallic_roughness_texture,
-            &material.normal_texture, &material.occlusion_texture, &material.emissive_texture,
-            &material.transmission_texture}) {
-        *texture = {};
-      }
-    }
   }
 
   const Scene& from_;

@@ -61,8 +61,9 @@ struct VoxelizedScene {
 };
 
 // Objects that share a mesh share an octree. Vertex caches and vertex programs are taken at rest,
-// and stand still; Scene::warnings say so. Nodes keep their places and what else they have; meshes,
-// and images if no mesh is left, are dropped with what has no use any more. Errors: usage for
+// and stand still; Scene::warnings say so. Nodes keep their places and what else they have; meshes
+// that nothing shows are dropped. If none is left, images are too, and materials get the means of
+// their textures. Errors: usage for
 // options and for scenes without a chosen object, bad_input for shapes that no grid fits, and what
 // voxelize() and make_svo() say.
 Result<VoxelizedScene> voxelize_scene(const Scene& scene, const VoxelizeSceneOptions& options);

@@ -5,6 +5,7 @@
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/scene/sample.h"
+#include "sinew/scene/voxel_bounds.h"
 
 namespace sinew {
 namespace {
@@ -63,6 +64,7 @@ Box animation_bounds(const Scene& scene, int clip, int samples) {
   }
   const std::vector<Chunk> chunks = chunks_of(motions);
   std::vector<Box> boxes(chunks.size());
+  VoxelBounds voxels(scene);
   ScenePose pose;
   Box all;
   for (int i = 0; i < samples; ++i) {
@@ -79,6 +81,7 @@ Box animation_bounds(const Scene& scene, int clip, int samples) {
       }
     });
     for (const Box& box : boxes) all.extend(box);
+    all.extend(voxels.at(pose));
     if (clip == kRestPose) break;
   }
   return all;

@@ -23,6 +23,16 @@ void check_mesh(const Scene& scene, const Mesh& mesh, FirstProblem& problem) {
   }
 }
 
+void check_octree(const Scene& scene, const Svo& octree, FirstProblem& problem) {
+  const std::string in_octree = validate(octree);
+  problem.expect(in_octree.empty(), "{}", in_octree);
+  for (size_t i = 0; i < octree.cells.size() && !problem.found(); ++i) {
+    problem.expect(octree.cells[i].material < scene.materials.size(),
+                   "cell {}: material {} where {} exist", i, octree.cells[i].material,
+                   scene.materials.size());
+  }
+}
+
 void check_image(const Image8& image, FirstProblem& problem) {
   problem.expect(image.width > 0 && image.height > 0, "no pixels");
   problem.expect_size("pixels", image.pixels.size(), size_t{4} * image.width * image.height);
@@ -136,6 +146,34 @@ void check_objects(const Scene& scene, FirstProblem& problem) {
   }
 }
 
+void check_voxels(const Scene& scene, FirstProblem& problem) {
+  size_t with_octree = 0;
+  for (const Node& node : scene.nodes) with_octree += node.octree >= 0;
+  problem.expect_size("voxel objects", scene.voxels.size(), with_octree);
+  for (size_t i = 0; i < scene.voxels.size() && !problem.found(); ++i) {
+    const SceneVoxels& object = scene.voxels[i];
+    problem.expect(object.node < scene.nodes.size(), "voxel object {}: no node {}", i, object.node);
+    problem.expect(i == 0 || object.node > scene.voxels[i - 1].node,
+                   "voxel object {}: not in node order", i);
+    if (problem.found()) return;
+    const Node& node = scene.nodes[object.node];
+    problem.expect(node.octree >= 0 && object.octree == static_cast<uint32_t>(node.octree),
+                   "voxel object {}: its octree is not its node's", i);
+    if (problem.found()) return;
+    const Svo& octree = scene.octrees[object.octree];
+    problem.expect(octree.joints == 0 || object.skin >= 0,
+                   "voxel object {}: its octree has joints, but it has no skin", i);
+    if (problem.found() || object.skin < 0) continue;
+    problem.expect(object.skin == node.skin && octree.joints > 0,
+                   "voxel object {}: its skin is not its node's", i);
+    if (problem.found()) return;
+    const size_t joints = scene.skins[object.skin].joints.size();
+    problem.expect(octree.joints <= joints,
+                   "voxel object {}: its octree has {} joints where {} exist", i, octree.joints,
+                   joints);
+  }
+}
+
 // Values in one key of a channel; 0 if the node cannot have such a channel.
 size_t width_of(const Scene& scene, const Channel& channel) {
   const int32_t mesh = scene.nodes[channel.node].mesh;
@@ -189,6 +227,8 @@ std::string validate(const Scene& scene) {
   };
   problem.expect_each("mesh", scene.meshes, within(check_mesh));
   problem.expect(scene.meshes.empty() || !scene.materials.empty(), "meshes but no material");
+  problem.expect_each("octree", scene.octrees, within(check_octree));
+  problem.expect(scene.octrees.empty() || !scene.materials.empty(), "octrees but no material");
   problem.expect_each("image", scene.images, check_image);
   problem.expect_each("material", scene.materials, within(check_material));
   problem.expect_each("node", scene.nodes, within(check_node));
@@ -197,6 +237,7 @@ std::string validate(const Scene& scene) {
   problem.expect_each("light", scene.lights, check_light);
   if (problem.found()) return problem.text();
   check_objects(scene, problem);
+  if (!problem.found()) check_voxels(scene, problem);
   problem.expect_each("clip", scene.clips, within(check_clip));
   problem.expect_finite("zenith", scene.environment.zenith);
   problem.expect_finite("horizon", scene.environment.horizon);

@@ -11,6 +11,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace sinew {
 namespace HWY_NAMESPACE {
+namespace {
 
 namespace hn = hwy::HWY_NAMESPACE;
 
@@ -78,6 +79,8 @@ void clamp_to_edges(const NearestSetup& setup, const Vector3& p, V& u, V& v) {
   u = hn::IfThenElse(nearer3, hn::Sub(one, on3), u);
   v = hn::IfThenElse(nearer3, on3, v);
 }
+
+}  // namespace
 
 void nearest_points_kernel(const NearestSetup& setup, const BlockPlace* places, size_t count,
                            float* out_u, float* out_v) {

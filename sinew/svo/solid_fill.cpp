@@ -116,7 +116,8 @@ class Flood {
     while (changed) {
       changed = false;
       for (uint32_t i = 0; i < bits.size(); ++i) changed |= grow_row(bits, shell, i);
-      for (uint32_t i = bits.size(); i-- > 0;) changed |= grow_row(bits, shell, i);
+      for (auto i = static_cast<uint32_t>(bits.size()); i-- > 0;)
+        changed |= grow_row(bits, shell, i);
     }
     Faces faces;
     for (uint32_t i = 0; i < bits.size(); ++i) {

@@ -145,7 +145,7 @@ void AnimationWriter::make_times_positive(Clip& clip) const {
 // Whether the node has in the file what the channel moves.
 bool AnimationWriter::is_written(const Channel& channel) const {
   if (channel.path != ChannelPath::weights && channel.path != ChannelPath::cache_key) return true;
-  if (context_.scene.nodes[channel.node].octree >= 0) return context_.octrees;
+  if (context_.scene.nodes[channel.node].octree >= 0) return context_.embedded;
   const size_t mesh = static_cast<size_t>(context_.scene.nodes[channel.node].mesh);
   const bool cached = caches_[mesh].keys > 0;
   return meshes_[mesh].json_mesh >= 0 && cached == (channel.path == ChannelPath::cache_key);

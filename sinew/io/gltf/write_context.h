@@ -16,7 +16,8 @@ struct WriteContext {
   const Scene& scene;
   AssetWriter& asset;
   Warnings& warnings;
-  bool octrees = false;  // nodes name their octrees, which stand elsewhere; see embed.h
+  bool embedded = false;  // in a file of our own, that only we read and that has the octrees which
+                          // nodes name; see embed.h
 };
 
 // What warnings call an element.

@@ -117,7 +117,7 @@ void NodeWriter::number_nodes() {
   for (const SceneObject& object : scene_.objects) {
     if (meshes_[object.mesh].json_mesh >= 0) number_skin(object.skin);
   }
-  if (!context_.octrees) return;
+  if (!context_.embedded) return;
   for (const SceneVoxels& object : scene_.voxels) number_skin(object.skin);
 }
 
@@ -160,7 +160,7 @@ void NodeWriter::add_chain(size_t index) {
 void NodeWriter::add_contents(const Node& node, const SceneObject* object, JsonOut& out) {
   if (node.camera >= 0) out["camera"] = node.camera;
   if (node.light >= 0) out["extensions"]["KHR_lights_punctual"]["light"] = node.light;
-  if (node.octree >= 0 && context_.octrees) add_octree(node, out);
+  if (node.octree >= 0 && context_.embedded) add_octree(node, out);
   if (!object || meshes_[object->mesh].json_mesh < 0) return;
   out["mesh"] = meshes_[object->mesh].json_mesh;
   if (object->skin >= 0) out["skin"] = json_skin_[static_cast<size_t>(object->skin)];
@@ -300,7 +300,7 @@ std::vector<NodeOutput> NodeWriter::write() {
   }
   for (JsonOut& node : nodes_) context_.asset.add("nodes", std::move(node));
   add_scene(roots);
-  warn_of_visible_skins();
+  if (!context_.embedded) warn_of_visible_skins();
   return places_;
 }
 

@@ -56,10 +56,12 @@ JsonOut write_light(const WriteContext& context, const Light& light, float dista
   out["color"] = json_of(glm::min(color / brightest, vec3(1.0f)));
   float intensity = std::max(light.intensity, 0.0f) * brightest;
   if (light.type != LightType::directional && !light.falloff) {
-    context.warnings.add(
-        element("light", light.name),
-        "shines equally at all distances, which glTF cannot say; other programs see "
-        "a light that is as bright in the middle of the scene");
+    if (!context.embedded) {
+      context.warnings.add(
+          element("light", light.name),
+          "shines equally at all distances, which glTF cannot say; other programs see "
+          "a light that is as bright in the middle of the scene");
+    }
     out["extras"] = {{"sinew_intensity_everywhere", double{intensity}}};
     intensity *= distance * distance;
   }
