@@ -90,17 +90,17 @@ HWY_INLINE void note_voxels(const RasterCell& cell, const DenseShape& shape, con
   uint32_t* const first = planes.plane(shape.columns, shape.rows);
   for (uint32_t i = 0; i < spots.count; i += lanes()) {
     const VoxelVector v = place_voxels(map, spots.spot + i, perspective);
-    const Vf x0 = hn::Min(hn::Max(hn::Ceil(v.x), zero), last_x);
-    const Vf y0 = hn::Min(hn::Max(hn::Ceil(v.y), zero), last_y);
+    const Vf x0 = hn::Ceil(v.x), y0 = hn::Ceil(v.y);
     // 0 or 1 more than what all cover.
-    const Vf more_x = hn::Min(
-        hn::Max(hn::Sub(hn::Sub(hn::Floor(hn::Add(v.x, wide)), x0), less_columns), zero), one);
-    const Vf more_y =
-        hn::Min(hn::Max(hn::Sub(hn::Sub(hn::Floor(hn::Add(v.y, high)), y0), less_rows), zero), one);
-    Vf at = hn::MulAdd(y0, hn::Set(d, static_cast<float>(kDenseSide)), x0);
-    at = hn::MulAdd(more_x, hn::Set(d, static_cast<float>(DensePlanes::kPlane)), at);
-    at =
-        hn::MulAdd(more_y, hn::Set(d, static_cast<float>(kDenseClasses * DensePlanes::kPlane)), at);
+    const Vf more_x = hn::Sub(hn::Sub(hn::Floor(hn::Add(v.x, wide)), x0), less_columns);
+    const Vf more_y = hn::Sub(hn::Sub(hn::Floor(hn::Add(v.y, high)), y0), less_rows);
+    Vf at =
+        hn::MulAdd(hn::Min(hn::Max(y0, zero), last_y), hn::Set(d, static_cast<float>(kDenseSide)),
+                   hn::Min(hn::Max(x0, zero), last_x));
+    at = hn::MulAdd(hn::Min(hn::Max(more_x, zero), one),
+                    hn::Set(d, static_cast<float>(DensePlanes::kPlane)), at);
+    at = hn::MulAdd(hn::Min(hn::Max(more_y, zero), one),
+                    hn::Set(d, static_cast<float>(kDenseClasses * DensePlanes::kPlane)), at);
     Vu noted;
     if (kKeys) {
       const Vf steps =

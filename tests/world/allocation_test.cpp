@@ -1,63 +1,12 @@
-// Frames that are like the ones before need no new memory. Sanitizers bring their own operator new.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define SINEW_SANITIZED 1
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer) || \
-    __has_feature(memory_sanitizer)
-#define SINEW_SANITIZED 1
-#endif
-#endif
+// Frames that are like the ones before need no new memory.
+#include "allocations.h"
 
 #ifndef SINEW_SANITIZED
 #include <gtest/gtest.h>
 
-#include <atomic>
-#include <cstddef>
-#include <cstdlib>
-#include <new>
-
 #include "sinew/math/random.h"
 #include "sinew/scene/study.h"
 #include "sinew/world/world.h"
-
-namespace {
-
-std::atomic<bool> counting = false;
-std::atomic<int> allocations = 0;
-
-void* allocate(std::size_t size, std::size_t alignment) {
-  if (counting.load(std::memory_order_relaxed)) ++allocations;
-  const std::size_t rounded = (size + alignment - 1) / alignment * alignment;
-  void* const memory = std::aligned_alloc(alignment, rounded > 0 ? rounded : alignment);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-// GCC takes free() in an inlined operator delete for a mistake.
-#if defined(__GNUC__) && !defined(__clang__)
-#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
-#endif
-
-void* operator new(std::size_t size) {
-  return allocate(size, alignof(std::max_align_t));
-}
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return allocate(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::align_val_t) noexcept {
-  std::free(memory);
-}
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept {
-  std::free(memory);
-}
 
 namespace sinew {
 namespace {
@@ -93,18 +42,17 @@ TEST(Allocation, FramesLikeTheOnesBeforeNeedNone) {
         Queries queries(world.box());
         int counts[3];  // the first shows that they are counted
         for (int& count : counts) {
-          allocations = 0;
+          count = 0;
           for (const double seconds : {0.1, 0.4, 0.7}) {
-            counting = true;
+            test::start_counting();
             const bool posed = world.set_time(seconds).has_value();
             queries.ask(world);
             const bool staged = world.stage_time(seconds + 0.1).has_value();
             world.flip();
             queries.ask(world);
-            counting = false;
+            count += test::stop_counting();
             ASSERT_TRUE(posed && staged);
           }
-          count = allocations;
         }
         EXPECT_GT(counts[0], 0) << name << ", " << name_of(mode);
         EXPECT_EQ(counts[2], 0) << name << ", " << name_of(mode);

@@ -1,0 +1,352 @@
+// The rasteriser against its slow obvious twin, and against itself: threads, history, settings.
+#include "sinew/svo/rasterize.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "allocations.h"
+#include "sinew/base/parallel.h"
+#include "svo/raster_oracle.h"
+
+namespace sinew {
+namespace {
+
+using test::HalfSize;
+using test::look_at;
+using test::RasterBody;
+using test::ReadVoxel;
+using test::ScreenVoxel;
+
+constexpr uint32_t kSide = 90;
+
+VoxelGrid unit_grid(uint32_t resolution = kSide) {
+  return {vec3(-0.5f), 1.0f / static_cast<float>(resolution), uvec3(resolution)};
+}
+
+std::vector<PlainVoxel> ball(uint32_t seed, size_t count = 6000, uint32_t materials = 2) {
+  return test::random_voxels(kSide, count, materials, seed);
+}
+
+std::vector<VisibilityKey> draw(std::span<const VoxelInstance> bodies, const RasterView& view,
+                                const RasterSettings& settings = {}) {
+  const RasterScratchPtr scratch = make_raster_scratch();
+  Visibility out;
+  rasterize(bodies, view, settings, *scratch, out);
+  return out.keys;
+}
+
+std::vector<float> draw_depth(std::span<const VoxelInstance> bodies, const RasterView& view,
+                              const RasterSettings& settings = {}) {
+  const RasterScratchPtr scratch = make_raster_scratch();
+  DepthMap out;
+  rasterize_depth(bodies, view, settings, *scratch, out);
+  return out.depth;
+}
+
+// Per pixel the least depth that must be there, and the least that may be.
+struct Twin {
+  std::vector<double> must, may;
+
+  Twin(const RasterView& view, const VoxelInstance& body, const std::vector<ReadVoxel>& voxels)
+      : must(view.width * view.height, std::numeric_limits<double>::infinity()), may(must) {
+    // What rounding in float may do, in pixels: for pictures of a few hundred pixels.
+    constexpr double kEdge = 0.01;
+    for (const ReadVoxel& voxel : voxels) {
+      const ScreenVoxel v = test::voxel_on_screen(view, body, voxel);
+      const HalfSize half = test::half_of_cell(view, body, voxel.cell, voxel.block);
+      const double x = v.middle.x, y = v.middle.y;
+      EXPECT_LE(x - half.x, v.x0 + 1e-9);
+      EXPECT_GE(x + half.x, v.x1 - 1e-9);
+      EXPECT_LE(y - half.y, v.y0 + 1e-9);
+      EXPECT_GE(y + half.y, v.y1 - 1e-9);
+      cover(view, x - half.x, y - half.y, x + half.x, y + half.y, v.middle.depth, must);
+      cover(view, x - half.x - kEdge, y - half.y - kEdge, x + half.x + kEdge, y + half.y + kEdge,
+            v.middle.depth, may);
+    }
+  }
+
+  static void cover(const RasterView& view, double x0, double y0, double x1, double y1,
+                    double depth, std::vector<double>& out) {
+    const auto first = [](double low) {
+      return static_cast<int>(std::ceil(std::max(low, -9.0) - 0.5));
+    };
+    const auto last = [](double high, uint32_t size) {
+      return std::min(static_cast<int>(std::floor(std::min(high, 1e6) - 0.5)),
+                      static_cast<int>(size) - 1);
+    };
+    for (int y = std::max(first(y0), 0); y <= last(y1, view.height); ++y) {
+      for (int x = std::max(first(x0), 0); x <= last(x1, view.width); ++x) {
+        double& at = out[y * view.width + x];
+        at = std::min(at, depth);
+      }
+    }
+  }
+};
+
+void expect_twin(const RasterView& view, RasterBody& body, const VoxelInstance& instance,
+                 const RasterSettings& settings) {
+  const auto keys = draw(std::span(&instance, 1), view, settings);
+  const auto depth = draw_depth(std::span(&instance, 1), view, settings);
+  for (uint32_t b = 0; b < body.svo.block_count(); ++b) body.posed.make_block(b);
+  const Twin twin(view, instance, test::read_voxels(body.svo));
+  int wrong = 0, covered = 0;
+  for (size_t i = 0; i < keys.size(); ++i) {
+    const bool none = keys[i] == kNothing;
+    covered += none ? 0 : 1;
+    const double infinity = std::numeric_limits<double>::infinity();
+    const double drawn = none ? infinity : double{key_depth(keys[i])};
+    // A key's depth has 19 bits.
+    wrong += drawn > twin.must[i] * (1.0 + 1e-6) || drawn < twin.may[i] * (1.0 - 4e-6) ? 1 : 0;
+    wrong += depth[i] > twin.must[i] * (1.0 + 1e-6) || depth[i] < twin.may[i] * (1.0 - 1e-6);
+    if (none) continue;
+    const VoxelSample sample = sample_voxel(std::span(&instance, 1), keys[i]);
+    wrong += std::abs(dot(vec3(view.depth), sample.position) + view.depth.w - drawn) > 1e-5 * drawn;
+  }
+  EXPECT_EQ(wrong, 0);
+  EXPECT_GT(covered, 20);
+}
+
+TEST(Rasterize, EqualsTheTwinWhereBoxesAreInFront) {
+  RasterSettings settings;
+  settings.lod = false;
+  settings.large = 1e9f;
+  for (const float fold : {0.0f, 0.1f, 0.6f, 2.0f}) {
+    for (uint32_t seed = 1; seed <= 6; ++seed) {
+      RasterBody body(unit_grid(), ball(seed), fold, seed);
+      Random random(seed);
+      const vec3 direction = random.direction();
+      const float spin = random.uniform(0.0f, 6.0f), scale = std::exp(random.uniform(3.0f, 7.0f));
+      const VoxelInstance instance{
+          &body.posed, trs(vec3(0.1f), glm::angleAxis(spin, direction), vec3(1.0f, 0.7f, 1.2f)), 0};
+      for (const bool perspective : {true, false}) {
+        SCOPED_TRACE(testing::Message() << "seed " << seed << " fold " << fold << " scale " << scale
+                                        << " perspective " << perspective);
+        const float distance = perspective ? 3.0f : 1.0f;
+        const RasterView view = look_at(3.0f * direction + vec3(0.1f), vec3(0.1f),
+                                        distance * 0.3f * scale, 150, 133, 0.01f, perspective);
+        expect_twin(view, body, instance, settings);
+      }
+    }
+  }
+}
+
+// Whatever is drawn instead of a voxel covers at least what it covers.
+TEST(Rasterize, CoversEveryVoxelAtEveryLevel) {
+  for (const float fold : {0.0f, 0.3f}) {
+    RasterBody body(unit_grid(), ball(3), fold, 3);
+    const VoxelInstance instance{&body.posed, identity_affine(), 0};
+    for (const float scale : {900.0f, 400.0f, 150.0f, 60.0f, 25.0f, 9.0f, 2.0f, 0.5f, 0.1f}) {
+      for (const bool perspective : {true, false}) {
+        SCOPED_TRACE(testing::Message() << scale << " pixels, perspective " << perspective);
+        const RasterView view =
+            look_at(vec3(1.0f, 2.0f, 3.0f), vec3(0.0f), (perspective ? 3.7f : 1.0f) * scale, 65, 67,
+                    0.1f, perspective);
+        const auto keys = draw(std::span(&instance, 1), view);
+        const auto depth = draw_depth(std::span(&instance, 1), view);
+        for (uint32_t b = 0; b < body.svo.block_count(); ++b) body.posed.make_block(b);
+        std::vector<double> must(keys.size(), std::numeric_limits<double>::infinity());
+        for (const ReadVoxel& voxel : test::read_voxels(body.svo)) {
+          const ScreenVoxel v = test::voxel_on_screen(view, instance, voxel);
+          Twin::cover(view, v.x0, v.y0, v.x1, v.y1, v.middle.depth, must);
+        }
+        int holes = 0;
+        for (size_t i = 0; i < keys.size(); ++i) {
+          if (!std::isfinite(must[i])) continue;
+          holes += keys[i] == kNothing || !std::isfinite(depth[i]) ? 1 : 0;
+        }
+        EXPECT_EQ(holes, 0);
+      }
+    }
+  }
+}
+
+// From inside the body, voxels before and behind the eye and across the near plane: a point of a
+// voxel beyond the near plane is covered, by what is no farther than the voxel's farthest corner.
+TEST(Rasterize, NothingIsLostAtTheNearPlane) {
+  int drawn = 0;
+  for (uint32_t seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Random random(seed);
+    RasterBody body(unit_grid(24), test::random_voxels(24, 900, 1, seed), 0.2f, seed);
+    const VoxelInstance instance{&body.posed, identity_affine(), 0};
+    const vec3 eye = random.uniform3(-0.45f, 0.45f);
+    const bool perspective = seed % 4 != 0;
+    const RasterView view =
+        look_at(eye, eye + random.direction(), 100.0f, 120, 90, 0.05f, perspective);
+    RasterSettings settings;
+    settings.lod = seed % 2 == 0;
+    const auto keys = draw(std::span(&instance, 1), view, settings);
+    for (uint32_t b = 0; b < body.svo.block_count(); ++b) body.posed.make_block(b);
+    int holes = 0, inside = 0;
+    for (const ReadVoxel& voxel : test::read_voxels(body.svo)) {
+      const SvoCell& cell = body.svo.cells[voxel.cell];
+      const PosedBlock block = body.posed.block(voxel.block);
+      test::ScreenVoxel box;
+      double farthest = 0.0;
+      for (int i = 0; i < 1000; ++i) {
+        const test::dvec3 at(i % 10, i / 10 % 10, i / 100);
+        const test::ScreenPoint p = test::to_screen(
+            view, instance.placement,
+            test::lattice_point(cell, block, test::dvec3(place_of(voxel.code).min) + at / 9.0));
+        if (p.depth <= view.near) continue;
+        box.x0 = std::min(box.x0, p.x);
+        box.x1 = std::max(box.x1, p.x);
+        box.y0 = std::min(box.y0, p.y);
+        box.y1 = std::max(box.y1, p.y);
+        farthest = std::max(farthest, p.depth);
+      }
+      for (int y = 0; y < static_cast<int>(view.height); ++y) {
+        for (int x = 0; x < static_cast<int>(view.width); ++x) {
+          if (x + 0.5 < box.x0 || x + 0.5 > box.x1 || y + 0.5 < box.y0 || y + 0.5 > box.y1)
+            continue;
+          ++inside;
+          const VisibilityKey key = keys[y * view.width + x];
+          holes += key == kNothing || key_depth(key) > farthest * 1.001 ? 1 : 0;
+        }
+      }
+    }
+    EXPECT_EQ(holes, 0);
+    drawn += inside;
+  }
+  EXPECT_GT(drawn, 1000);
+}
+
+struct Crowd {
+  std::vector<std::unique_ptr<RasterBody>> bodies;
+  std::vector<VoxelInstance> instances;
+
+  // The bodies in turn.
+  explicit Crowd(uint32_t count) {
+    for (uint32_t i = 0; i < 3; ++i) {
+      bodies.push_back(
+          std::make_unique<RasterBody>(unit_grid(), ball(i + 1), 0.15f * static_cast<float>(i), i));
+    }
+    Random random(5);
+    uint32_t unit = 0;
+    for (uint32_t i = 0; i < count; ++i) {
+      PosedSvo& posed = bodies[i % 3]->posed;
+      const vec3 axis = random.direction(), at = random.uniform3(-1.0f, 1.0f);
+      instances.push_back({&posed, trs(at, glm::angleAxis(1.0f, axis), vec3(0.6f)), unit});
+      unit += unit_count(posed.svo());
+    }
+  }
+};
+
+TEST(Rasterize, SamePictureForAnyThreadsHistoryAndSettings) {
+  Crowd crowd(12);
+  const RasterView view = look_at(vec3(0.5f, 1.0f, 3.0f), vec3(0.0f), 700.0f, 403, 277, 0.1f);
+  const RasterView other = look_at(vec3(-2.5f, 1.0f, 1.0f), vec3(0.3f), 900.0f, 403, 277, 0.1f);
+  for (const bool lod : {true, false}) {
+    RasterSettings plain;
+    plain.lod = lod;
+    plain.occlusion = false;
+    const auto expected = draw(crowd.instances, view, plain);
+    const auto expected_depth = draw_depth(crowd.instances, view, plain);
+    for (int threads = 1; threads <= 4; ++threads) {
+      ThreadLimit limit(threads);
+      for (const bool front_to_back : {false, true}) {
+        RasterSettings settings = plain;
+        settings.occlusion = true;
+        settings.front_to_back = front_to_back;
+        const RasterScratchPtr scratch = make_raster_scratch(), shadow = make_raster_scratch();
+        Visibility out;
+        DepthMap depth;
+        RasterStats first, last;
+        for (const RasterView* v : {&other, &view, &view, &other, &view}) {
+          const RasterStats stats = rasterize(crowd.instances, *v, settings, *scratch, out);
+          rasterize_depth(crowd.instances, *v, settings, *shadow, depth);
+          if (v != &view) continue;
+          EXPECT_EQ(out.keys, expected);
+          EXPECT_EQ(depth.depth, expected_depth);
+          if (first.cells == 0) first = stats;
+          last = stats;
+        }
+        EXPECT_GT(last.cells_hidden, 0u);
+        EXPECT_LT(last.voxels_drawn,
+                  rasterize(crowd.instances, view, plain, *scratch, out).voxels_drawn);
+      }
+    }
+  }
+}
+
+TEST(Rasterize, PicturesOfAnySize) {
+  Crowd crowd(2);
+  for (const auto& [width, height] :
+       {std::pair{1u, 1u}, {1u, 200u}, {200u, 1u}, {64u, 64u}, {65u, 63u}, {129u, 3u}}) {
+    const RasterView view = look_at(vec3(0, 0, 3), vec3(0.0f), 100.0f, width, height, 0.1f);
+    const auto keys = draw(crowd.instances, view);
+    ASSERT_EQ(keys.size(), width * height);
+    // The same as a part of a larger picture, its middle where this one's is.
+    RasterView large = view;
+    large.width = large.height = 300;
+    const auto whole = draw(crowd.instances, large);
+    for (uint32_t y = 0; y < height; ++y) {
+      for (uint32_t x = 0; x < width; ++x) {
+        EXPECT_EQ(keys[y * width + x], whole[y * 300 + x]) << x << ", " << y;
+      }
+    }
+  }
+}
+
+TEST(Rasterize, NothingToDraw) {
+  const RasterView view = look_at(vec3(0, 0, 3), vec3(0.0f), 100.0f, 33, 22, 0.1f);
+  for (const VisibilityKey key : draw({}, view)) EXPECT_EQ(key, kNothing);
+  Svo nothing;
+  nothing.grid = unit_grid();
+  const VoxelInstance absent;
+  RasterBody behind(unit_grid(), ball(1));
+  const VoxelInstance away{&behind.posed, trs(vec3(0, 0, 9), quat(1, 0, 0, 0), vec3(1.0f)), 0};
+  for (const VoxelInstance& instance : {absent, away}) {
+    for (const VisibilityKey key : draw(std::span(&instance, 1), view)) EXPECT_EQ(key, kNothing);
+    for (const float depth : draw_depth(std::span(&instance, 1), view)) {
+      EXPECT_EQ(depth, std::numeric_limits<float>::infinity());
+    }
+  }
+}
+
+TEST(Rasterize, ThousandsOfBodies) {
+  Crowd crowd(3000);
+  for (const float scale : {3000.0f, 600.0f, 150.0f}) {
+    const RasterView view = look_at(vec3(0, 0, 30), vec3(0.0f), scale, 200, 200, 0.1f);
+    RasterSettings settings;
+    const RasterScratchPtr scratch = make_raster_scratch();
+    Visibility out, again;
+    const RasterStats stats = rasterize(crowd.instances, view, settings, *scratch, out);
+    rasterize(crowd.instances, view, settings, *scratch, again);
+    EXPECT_EQ(out.keys, again.keys);
+    EXPECT_GT(stats.voxels_drawn + stats.nodes_drawn, 500u);
+    for (const VisibilityKey key : out.keys) {
+      if (key == kNothing) continue;
+      const VoxelSample sample = sample_voxel(crowd.instances, key);
+      EXPECT_NEAR(length(sample.normal), 1.0f, 1e-4f);
+      EXPECT_LT(sample.instance, 3000u);
+    }
+  }
+}
+
+#ifndef SINEW_SANITIZED
+TEST(Rasterize, FramesLikeTheOnesBeforeNeedNoMemory) {
+  Crowd crowd(20);
+  const RasterScratchPtr scratch = make_raster_scratch(), shadow = make_raster_scratch();
+  Visibility out;
+  DepthMap depth;
+  int counts[3];
+  for (int& count : counts) {
+    test::start_counting();
+    for (const float turn : {0.0f, 0.5f, 1.0f}) {
+      const vec3 eye(4.0f * std::sin(turn), 1.0f, 4.0f * std::cos(turn));
+      const RasterView view = look_at(eye, vec3(0.0f), 500.0f, 300, 200, 0.1f);
+      for (auto& body : crowd.bodies) body->pose();
+      rasterize(crowd.instances, view, {}, *scratch, out);
+      rasterize_depth(crowd.instances, view, {}, *shadow, depth);
+    }
+    count = test::stop_counting();
+  }
+  EXPECT_GT(counts[0], 0);
+  EXPECT_EQ(counts[2], 0);
+}
+#endif
+
+}  // namespace
+}  // namespace sinew
