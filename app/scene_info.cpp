@@ -9,6 +9,8 @@
 #include "app/frames.h"
 #include "app/help_format.h"
 #include "app/json_text.h"
+#include "sinew/io/svo/svo.h"
+#include "sinew/io/text.h"
 #include "sinew/scene/names.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/study.h"
@@ -90,6 +92,103 @@ std::string describe(const Light& light) {
   return fmt::format("{}, intensity {:g}", name_of(light.type), light.intensity);
 }
 
+uint32_t levels_of(const Svo& svo) {
+  return svo.voxel_count() > 0 ? svo.root_level + 1 : 0;
+}
+
+// "3.42 MB", in millions of bytes.
+std::string megabytes(uint64_t bytes) {
+  return fmt::format("{:.2f} MB", static_cast<double>(bytes) * 1e-6);
+}
+
+std::string describe(const Svo& svo) {
+  const uvec3 r = svo.grid.resolution;
+  std::string text = fmt::format("{} voxels of {:g} in {} x {} x {}, {} levels, {}",
+                                 grouped(svo.voxel_count()), svo.grid.voxel, r.x, r.y, r.z,
+                                 levels_of(svo), megabytes(svo.bytes()));
+  if (svo.joints > 0) text += fmt::format(", {} joints", svo.joints);
+  if (svo.morph_targets > 0) text += fmt::format(", {} morphs", svo.morph_targets);
+  return text;
+}
+
+// Of the octrees in memory.
+SvoFileParts memory_parts(const Svo& svo) {
+  const auto level_bytes = [](const SvoLevel& level) {
+    return 2 * (level.normals.size() + level.colors.size()) + level.spreads.size();
+  };
+  SvoFileParts parts;
+  parts.tables = sizeof(SvoNode) * svo.nodes.size() + sizeof(SvoBlock) * svo.blocks.size() +
+                 level_bytes(svo.node_level);
+  parts.topology = sizeof(SvoCell) * svo.cells.size() + sizeof(uint64_t) * svo.bricks.size();
+  parts.normals = 2 * svo.levels[0].normals.size();
+  parts.colors = 2 * svo.levels[0].colors.size();
+  parts.levels = level_bytes(svo.levels[1]) + level_bytes(svo.levels[2]) +
+                 level_bytes(svo.cell_level);
+  parts.lattice = svo.bytes() - parts.tables - parts.topology - parts.normals - parts.colors -
+                  parts.levels;
+  return parts;
+}
+
+// What the octrees take in memory, and, if they come from a .svo file, in that.
+struct OctreeBytes {
+  std::vector<SvoPart> memory, file;
+};
+OctreeBytes octree_bytes(const Scene& scene, const std::string& input) {
+  OctreeBytes bytes;
+  if (scene.octrees.empty()) return bytes;
+  SvoFileParts sum;
+  for (const Svo& svo : scene.octrees) sum.add(memory_parts(svo));
+  bytes.memory = list_parts(sum, 0);
+  bytes.memory.erase(bytes.memory.begin());  // the scene
+  if (extension_of(input) == ".svo") bytes.file = svo_parts(input).value_or(bytes.file);
+  return bytes;
+}
+
+Json parts_json(const std::vector<SvoPart>& parts) {
+  Json out = Json::object();
+  for (const SvoPart& part : parts) out[part.name] = part.bytes;
+  return out;
+}
+
+// "17.05 MB: tables 0.12 MB, ..., 5.63 bytes a voxel"
+std::string parts_text(const std::vector<SvoPart>& parts, uint64_t voxels) {
+  uint64_t sum = 0;
+  std::string list;
+  for (const SvoPart& part : parts) {
+    sum += part.bytes;
+    if (part.bytes > 0) list += fmt::format(", {} {}", part.name, megabytes(part.bytes));
+  }
+  return fmt::format("{}, {:.2f} bytes a voxel{}", megabytes(sum),
+                     static_cast<double>(sum) / static_cast<double>(std::max<uint64_t>(voxels, 1)),
+                     list);
+}
+
+// Each octree counted once.
+uint64_t stored_voxels(const Scene& scene) {
+  uint64_t sum = 0;
+  for (const Svo& svo : scene.octrees) sum += svo.voxel_count();
+  return sum;
+}
+
+Json octrees_json(const Scene& scene) {
+  Json octrees = Json::array();
+  for (const Svo& svo : scene.octrees) {
+    const uvec3 r = svo.grid.resolution;
+    octrees.push_back({{"name", svo.name},
+                       {"voxels", svo.voxel_count()},
+                       {"voxel_size", svo.grid.voxel},
+                       {"resolution", {r.x, r.y, r.z}},
+                       {"levels", levels_of(svo)},
+                       {"blocks", svo.block_count()},
+                       {"cells", svo.cells.size()},
+                       {"joints", svo.joints},
+                       {"morphs", svo.morph_targets},
+                       {"bytes", svo.bytes()},
+                       {"bytes_by_part", parts_json(list_parts(memory_parts(svo), 0))}});
+  }
+  return octrees;
+}
+
 Json clips_json(const Scene& scene) {
   Json clips = Json::array();
   for (const Clip& clip : scene.clips) {
@@ -147,12 +246,14 @@ std::string scene_info_json(const Scene& scene, const std::string& input) {
       {"name", scene.name},
       {"triangles", overview.counts.triangles},
       {"vertices", overview.counts.vertices},
+      {"voxels", overview.counts.voxels},
       {"joints", overview.counts.joints},
       {"morphs", overview.counts.morphs},
       {"clips", clips_json(scene)},
       {"frames", overview.timeline.frames},
       {"fps", overview.timeline.fps},
       {"objects", scene.objects.size()},
+      {"voxel_objects", scene.voxels.size()},
       {"nodes", scene.nodes.size()},
       {"skins", scene.skins.size()},
       {"cache_keys", overview.cache_keys},
@@ -160,6 +261,8 @@ std::string scene_info_json(const Scene& scene, const std::string& input) {
       {"images", scene.images.size()},
       {"materials", materials},
       {"meshes", meshes_json(scene)},
+      {"octrees", octrees_json(scene)},
+      {"svo_file", parts_json(octree_bytes(scene, input).file)},
       {"cameras", cameras_json(scene)},
       {"lights", lights_json(scene)},
       {"bounds", bounds},
@@ -167,6 +270,21 @@ std::string scene_info_json(const Scene& scene, const std::string& input) {
   };
   return json_text(document);
 }
+
+namespace {
+
+void add_octrees(std::string& out, const Scene& scene, const std::string& input, uint64_t voxels) {
+  if (scene.octrees.empty()) return;
+  add_row(out, "voxels",
+          fmt::format("{} in {} objects of {} octrees", grouped(voxels),
+                      grouped(scene.voxels.size()), grouped(scene.octrees.size())));
+  add_list(out, "octrees", scene.octrees, [](const Svo& svo) { return describe(svo); });
+  const OctreeBytes bytes = octree_bytes(scene, input);
+  add_row(out, "in memory", parts_text(bytes.memory, stored_voxels(scene)));
+  if (!bytes.file.empty()) add_row(out, "in the file", parts_text(bytes.file, stored_voxels(scene)));
+}
+
+}  // namespace
 
 std::string scene_info_text(const Scene& scene, const std::string& input) {
   const Overview overview = look_at_scene(scene);
@@ -176,6 +294,7 @@ std::string scene_info_text(const Scene& scene, const std::string& input) {
   add_row(out, "objects",
           fmt::format("{} of {} meshes, {} nodes", grouped(scene.objects.size()),
                       grouped(scene.meshes.size()), grouped(scene.nodes.size())));
+  add_octrees(out, scene, input, overview.counts.voxels);
   if (!scene.skins.empty()) {
     add_row(out, "joints",
             fmt::format("{} in {} skins", grouped(overview.counts.joints), scene.skins.size()));

@@ -82,7 +82,7 @@ Vector3 unit(const Vector3& a, float least, const Vector3& otherwise) {
   const V inverse = hn::Div(set(1.0f), hn::Sqrt(length2));
   return choose(hn::Gt(length2, set(least * least)), scaled(a, inverse), otherwise);
 }
-V saturate(V x) {
+HWY_INLINE V saturate(V x) {
   return hn::Min(hn::Max(x, hn::Zero(D())), set(1.0f));
 }
 

@@ -24,23 +24,39 @@ vec4 mean_of(const MipMap* map, const TextureRef& texture, bool srgb) {
 
 }  // namespace
 
+void fold_textures(const TextureTable& textures, Material& material) {
+  const auto data = [&](const TextureRef& texture) {
+    return mean_of(textures.data(texture), texture, false);
+  };
+  const vec4 surface = data(material.metallic_roughness_texture);
+  material.metallic = std::clamp(material.metallic * surface.z, 0.0f, 1.0f);
+  material.roughness = std::clamp(material.roughness * surface.y, 0.0f, 1.0f);
+  const TextureRef& emissive = material.emissive_texture;
+  material.emissive *= vec3(mean_of(textures.colors(emissive), emissive, true));
+  material.transmission *= data(material.transmission_texture).x;
+  for (TextureRef* texture :
+       {&material.base_color_texture, &material.metallic_roughness_texture,
+        &material.normal_texture, &material.occlusion_texture, &material.emissive_texture,
+        &material.transmission_texture}) {
+    *texture = {};
+  }
+}
+
 void list_voxel_materials(const Scene& scene, const TextureTable& textures,
                           std::vector<VoxelMaterial>& out) {
   out.clear();
-  for (const Material& material : scene.materials) {
-    const auto data = [&](const TextureRef& texture) {
-      return mean_of(textures.data(texture), texture, false);
-    };
-    const vec4 surface = data(material.metallic_roughness_texture);
+  for (Material material : scene.materials) {
+    const TextureRef& texture = material.occlusion_texture;
+    const float occlusion = mean_of(textures.data(texture), texture, false).x;
+    const float occluded = material.occlusion_strength * (1.0f - occlusion);
+    fold_textures(textures, material);
     VoxelMaterial m;
     m.dielectric = dielectric_reflectance(material);
     m.specular = material.specular;
-    m.emission = material.emissive * vec3(mean_of(textures.colors(material.emissive_texture),
-                                                  material.emissive_texture, true));
-    m.metallic = std::clamp(material.metallic * surface.z, 0.0f, 1.0f);
-    m.roughness = std::clamp(material.roughness * surface.y, 0.0f, 1.0f);
-    m.occlusion =
-        1.0f + material.occlusion_strength * (data(material.occlusion_texture).x - 1.0f);
+    m.emission = material.emissive;
+    m.metallic = material.metallic;
+    m.roughness = material.roughness;
+    m.occlusion = 1.0f - occluded;
     m.unlit = material.unlit ? 1.0f : 0.0f;
     out.push_back(m);
   }

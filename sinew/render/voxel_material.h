@@ -22,6 +22,10 @@ struct VoxelMaterial {
 };
 static_assert(sizeof(VoxelMaterial) == 12 * sizeof(float));
 
+// Replaces textures by their means, multiplied into the factors that they belong to. Of the base
+// colour and normals, which voxels hold themselves, and of occlusion only the references go.
+void fold_textures(const TextureTable& textures, Material& material);
+
 // One a material of the scene. What transmits light is drawn as if it did not.
 void list_voxel_materials(const Scene& scene, const TextureTable& textures,
                           std::vector<VoxelMaterial>& out);

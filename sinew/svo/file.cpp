@@ -265,6 +265,15 @@ bool advance(const SvoBlock& from, const Counts& counts, SvoBlock& to) {
          counts.voxels[2] == counts.bricks && counts.bricks <= counts.voxels[1];
 }
 
+uint64_t deltas_of(const Svo& svo) {
+  uint64_t sum = 0;
+  for (uint32_t i = 0; i < svo.block_count(); ++i) {
+    const Counts counts = counts_of(svo, i);
+    sum += uint64_t{counts.targets} * counts.corners;
+  }
+  return sum;
+}
+
 Result<void> read_blocks(StreamReader& in, size_t entries, uint64_t first_page, uint64_t size,
                          SvoIndex& out) {
   if (entries == 0) return {};
@@ -296,17 +305,12 @@ Result<void> read_blocks(StreamReader& in, size_t entries, uint64_t first_page, 
     first_page += packed[i];
   }
   if (first_page != size) return damaged("its octree has bytes after its end");
+  if (deltas_of(out.svo) > std::numeric_limits<uint32_t>::max()) {
+    return damaged("it has more morph deltas than the format holds");
+  }
   return {};
 }
 
-uint64_t deltas_of(const Svo& svo) {
-  uint64_t sum = 0;
-  for (uint32_t i = 0; i < svo.block_count(); ++i) {
-    const Counts counts = counts_of(svo, i);
-    sum += uint64_t{counts.targets} * counts.corners;
-  }
-  return sum;
-}
 
 // Memory of the whole octree, once its pages are read.
 uint64_t memory_of(const SvoIndex& index) {

@@ -28,7 +28,7 @@ V dot_of(const Vector3& p, const vec3& q) {
                     hn::MulAdd(p.y, hn::Set(d, q.y), hn::Mul(p.z, hn::Set(d, q.z))));
 }
 
-V saturate(V x) {
+HWY_INLINE V saturate(V x) {
   const D d;
   return hn::Min(hn::Max(x, hn::Zero(d)), hn::Set(d, 1.0f));
 }
