@@ -9,6 +9,7 @@
 #include "bench/asvo_frames.h"
 #include "bench/asvo_holes.h"
 #include "bench/asvo_images.h"
+#include "bench/asvo_rival.h"
 #include "bench/asvo_volumes.h"
 #include "bench/figures.h"
 #include "bench/parts.h"
@@ -60,6 +61,7 @@ Result<void> measure_body(AsvoBody& body, const AsvoOptions& options, json& rows
   if (wants(options, "size") && main) SINEW_CHECKED(measure_sizes(body, options, rows));
   if (wants(options, "grade") && main) measure_grades(body, options, rows);
   if (wants(options, "splats") && main) measure_splats(body, options, rows);
+  if (wants(options, "thesis") && !body.turns) measure_rivals(body, options, rows);
   if (wants(options, "memory")) SINEW_CHECKED(measure_bytes(body, rows));
   if (wants(options, "voxelise") && !body.turns) {
     SINEW_CHECKED(measure_voxelise(body, options, rows));
@@ -76,7 +78,7 @@ Result<void> measure_body(AsvoBody& body, const AsvoOptions& options, json& rows
 }  // namespace
 
 std::vector<std::string> asvo_parts() {
-  return {"frames",   "size",       "grade", "splats", "memory",
+  return {"frames",   "size",       "grade", "splats", "thesis",    "memory",
           "voxelise", "revoxelise", "holes", "images", "resolution"};
 }
 
@@ -96,6 +98,7 @@ Result<AsvoReport> bench_asvo(const AsvoOptions& options) {
   }
   add_drawing_figures(rows, figures);
   add_hole_figures(rows, figures);
+  add_rival_figures(rows, figures);
   add_volume_figures(rows, figures);
   out.json = report_head("asvo");
   out.json["figures"] = std::move(figures);

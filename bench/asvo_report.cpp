@@ -92,6 +92,7 @@ const std::vector<Table>& tables() {
        {{"scene", "body", -1},
         {"method", "method", -1},
         {"threads", "threads", -1},
+        {"culled", "culled, levels", -1},
         {"total_ms", "total", 2},
         {"draw_ms", "draw", 2},
         {"drawn", "drawn", -1},

@@ -86,8 +86,8 @@ HWY_INLINE Vi to_pixel(Vf v) {
 }
 
 // Voxels of a cell one by one: for those of more than a few pixels.
-template <bool kKeys>
-HWY_INLINE void draw_boxes(const TileJob& job, const RasterCell& cell, const CellMap& map,
+template <bool kKeys, class Map>
+HWY_INLINE void draw_boxes(const TileJob& job, const RasterCell& cell, const Map& map,
                            const Spots& spots, uint32_t id, TilePlanes& planes) {
   const Df d;
   const Vf wide = hn::Set(d, 2.0f * cell.half_x), high = hn::Set(d, 2.0f * cell.half_y);
