@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <initializer_list>
 #include <utility>
 
 #include "bench/asvo_body.h"
@@ -21,6 +23,7 @@ namespace {
 using nlohmann::json;
 
 constexpr const char* kCreature = "creature";
+constexpr const char* kCoarse = "coarse";
 constexpr const char* kPigMan = "pigman";
 constexpr const char* kStatic = "static";
 
@@ -32,6 +35,7 @@ std::vector<AsvoBodyChoice> chosen_bodies(const AsvoOptions& options, json& skip
   std::vector<AsvoBodyChoice> out;
   const auto wants_body = [&](const char* name) { return wants_part(options.bodies, name); };
   if (wants_body(kCreature)) out.push_back({kCreature, options.creature, false});
+  if (wants_body(kCoarse)) out.push_back({kCoarse, options.creature, false});
   if (wants_body(kPigMan)) {
     const std::string file = options.data + "/skinned/pigman/pigman.glb";
     if (std::filesystem::exists(file)) {
@@ -44,9 +48,34 @@ std::vector<AsvoBodyChoice> chosen_bodies(const AsvoOptions& options, json& skip
   return out;
 }
 
+// Whether any chosen part looks at the body: opening one takes long.
+bool is_of_use(const AsvoBodyChoice& choice, const AsvoOptions& options) {
+  const auto any = [&](std::initializer_list<const char*> parts) {
+    return std::ranges::any_of(parts, [&](const char* part) { return wants(options, part); });
+  };
+  if (choice.name == kCreature) {
+    return any({"frames", "size", "grade", "splats", "thesis", "memory", "voxelise", "revoxelise",
+                "resolution"});
+  }
+  if (any({"frames", "memory", "holes"})) return true;
+  return !choice.turns && any({"thesis", "images"});
+}
+
+// What is measured of the creature in fine voxels alone.
+Result<void> measure_creature(AsvoBody& body, const AsvoOptions& options, json& rows) {
+  if (wants(options, "size")) SINEW_CHECKED(measure_sizes(body, options, rows));
+  if (wants(options, "grade")) measure_grades(body, options, rows);
+  if (wants(options, "splats")) measure_splats(body, options, rows);
+  if (wants(options, "thesis")) measure_rivals(body, options, rows);
+  if (wants(options, "memory")) SINEW_CHECKED(measure_bytes(body, rows));
+  if (wants(options, "voxelise")) SINEW_CHECKED(measure_voxelise(body, options, rows));
+  if (wants(options, "revoxelise")) SINEW_CHECKED(measure_revoxelise(body, options, rows));
+  if (wants(options, "resolution")) SINEW_CHECKED(measure_resolutions(body, options, rows));
+  return {};
+}
+
 Result<void> measure_body(AsvoBody& body, const AsvoOptions& options, json& rows,
                           std::string& pictures) {
-  const bool main = body.name == kCreature;
   rows.push_back({{"table", "asvo_body"},
                   {"scene", body.name},
                   {"triangles", body.faces.size()},
@@ -58,20 +87,11 @@ Result<void> measure_body(AsvoBody& body, const AsvoOptions& options, json& rows
                   {"voxelise_ms", body.voxelise_ms},
                   {"octree_ms", body.make_ms}});
   if (wants(options, "frames")) SINEW_CHECKED(measure_frames(body, options, rows));
-  if (wants(options, "size") && main) SINEW_CHECKED(measure_sizes(body, options, rows));
-  if (wants(options, "grade") && main) measure_grades(body, options, rows);
-  if (wants(options, "splats") && main) measure_splats(body, options, rows);
+  if (body.name == kCreature) return measure_creature(body, options, rows);
   if (wants(options, "thesis") && !body.turns) measure_rivals(body, options, rows);
   if (wants(options, "memory")) SINEW_CHECKED(measure_bytes(body, rows));
-  if (wants(options, "voxelise") && !body.turns) {
-    SINEW_CHECKED(measure_voxelise(body, options, rows));
-  }
-  if (wants(options, "revoxelise") && !body.turns) {
-    SINEW_CHECKED(measure_revoxelise(body, options, rows));
-  }
   if (wants(options, "holes")) measure_holes(body, options, rows);
   if (wants(options, "images")) SINEW_CHECKED(measure_images(body, options, rows, pictures));
-  if (wants(options, "resolution") && main) SINEW_CHECKED(measure_resolutions(body, options, rows));
   return {};
 }
 
@@ -83,7 +103,7 @@ std::vector<std::string> asvo_parts() {
 }
 
 std::vector<std::string> asvo_bodies() {
-  return {kCreature, kPigMan, kStatic};
+  return {kCreature, kCoarse, kPigMan, kStatic};
 }
 
 Result<AsvoReport> bench_asvo(const AsvoOptions& options) {
@@ -93,7 +113,9 @@ Result<AsvoReport> bench_asvo(const AsvoOptions& options) {
   json rows = json::array(), figures = json::array(), skipped = json::array();
   AsvoReport out;
   for (const AsvoBodyChoice& choice : chosen_bodies(options, skipped)) {
-    SINEW_TRY(AsvoBody body, open_asvo_body(choice, options.resolution));
+    if (!is_of_use(choice, options)) continue;
+    const bool fine = choice.name == kCreature;
+    SINEW_TRY(AsvoBody body, open_asvo_body(choice, fine ? options.fine : options.resolution));
     SINEW_CHECKED(measure_body(body, options, rows, out.pictures));
   }
   add_drawing_figures(rows, figures);

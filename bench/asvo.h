@@ -16,7 +16,8 @@ struct AsvoOptions {
   std::vector<std::string> bodies;  // of asvo_bodies(); empty: all
   std::string data;                 // folder of the bodies that are not ours
   std::string creature = "study:creature,triangles=250000";
-  uint32_t resolution = 1024;  // of all parts but the sweep of resolutions
+  uint32_t fine = 2560;        // the creature's, where times and bytes count: about 3M voxels
+  uint32_t resolution = 1024;  // of all else, but for the sweep of resolutions
   uint32_t size = 800;         // pixels a side
   uint32_t frames = 12;        // of each clip, where pictures are compared
   uint32_t repeats = 7;        // of every time; medians count

@@ -44,7 +44,7 @@ AsvoCommand define_asvo(CLI::App& bench) {
       "Examples:\n"
       "  sinew bench asvo --report report.html\n"
       "  sinew bench asvo --only frames,splats --repeats 15\n"
-      "  sinew bench asvo --only holes --resolution 512 --body creature\n");
+      "  sinew bench asvo --only holes --resolution 512 --body coarse\n");
   CLI::App& c = *command;
   c.add_option(
        "--only", o.only,
@@ -55,8 +55,13 @@ AsvoCommand define_asvo(CLI::App& bench) {
        fmt::format("Only these bodies, after commas: {}", fmt::join(bench::asvo_bodies(), ", ")))
       ->delimiter(',');
   c.add_option("--creature", o.creature, fmt::format("The creature (default: {})", o.creature));
+  c.add_option("--fine", o.fine,
+               fmt::format("Voxels along the creature's longest side where times and bytes count "
+                           "(default: {}, which makes 3 million)",
+                           o.fine))
+      ->check(whole_number_in(8, 4096));
   c.add_option("--resolution", o.resolution,
-               fmt::format("Voxels along the longest side (default: {})", o.resolution))
+               fmt::format("The same of all else (default: {})", o.resolution))
       ->check(whole_number_in(8, 4096));
   c.add_option("--size", o.size, fmt::format("Pixels a side (default: {})", o.size))
       ->check(whole_number_in(16, 8192));

@@ -138,7 +138,7 @@ Result<void> measure_resolutions(AsvoBody& body, const AsvoOptions& options, jso
     SINEW_TRY(FrameTimer timer, FrameTimer::open(body, options));
     rows.push_back(row_of("asvo_resolution", body, timer.run(0.9f)));
   }
-  return voxelise(body, options.resolution);
+  return {};
 }
 
 void measure_grades(const AsvoBody& body, const AsvoOptions& options, json& rows) {

@@ -20,8 +20,8 @@ Result<void> measure_sizes(const AsvoBody& body, const AsvoOptions& options, nlo
 // of the body.
 void measure_grades(const AsvoBody& body, const AsvoOptions& options, nlohmann::json& rows);
 
-// Frames of the body in coarser and finer voxels; rows "asvo_resolution". The body is voxelised
-// anew, and in the end as it was.
+// Frames of the body in coarser and finer voxels; rows "asvo_resolution". The body is left in
+// the finest of them.
 Result<void> measure_resolutions(AsvoBody& body, const AsvoOptions& options, nlohmann::json& rows);
 
 // Splats a second of one thread; rows "asvo_splats".

@@ -44,6 +44,7 @@ constexpr std::array kFigures = {
     FigureInfo{"holes", "pixel", false, 0.0, 0.0},
     FigureInfo{"excess", "1", false, 0.001, 0.005},
     FigureInfo{"over_thesis", "1", true, 3.0, 2.0},
+    FigureInfo{"over_thesis_palettes", "1", true, kNone, kNone},
     FigureInfo{"over_thesis_literal", "1", true, kNone, kNone},
     FigureInfo{"over_revoxelise", "1", true, 30.0, 10.0},
     FigureInfo{"bytes_memory", "byte", false, 6.0, 10.0},
