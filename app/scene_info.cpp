@@ -103,9 +103,9 @@ std::string megabytes(uint64_t bytes) {
 
 std::string describe(const Svo& svo) {
   const uvec3 r = svo.grid.resolution;
-  std::string text = fmt::format("{} voxels of {:g} in {} x {} x {}, {} levels, {}",
-                                 grouped(svo.voxel_count()), svo.grid.voxel, r.x, r.y, r.z,
-                                 levels_of(svo), megabytes(svo.bytes()));
+  std::string text =
+      fmt::format("{} voxels of {:g} in {} x {} x {}, {} levels, {}", grouped(svo.voxel_count()),
+                  svo.grid.voxel, r.x, r.y, r.z, levels_of(svo), megabytes(svo.bytes()));
   if (svo.joints > 0) text += fmt::format(", {} joints", svo.joints);
   if (svo.morph_targets > 0) text += fmt::format(", {} morphs", svo.morph_targets);
   return text;
@@ -120,12 +120,12 @@ SvoFileParts memory_parts(const Svo& svo) {
   parts.tables = sizeof(SvoNode) * svo.nodes.size() + sizeof(SvoBlock) * svo.blocks.size() +
                  level_bytes(svo.node_level);
   parts.topology = sizeof(SvoCell) * svo.cells.size() + sizeof(uint64_t) * svo.bricks.size();
-  parts.normals = 2 * svo.levels[0].normals.size();
-  parts.colors = 2 * svo.levels[0].colors.size();
-  parts.levels = level_bytes(svo.levels[1]) + level_bytes(svo.levels[2]) +
-                 level_bytes(svo.cell_level);
-  parts.lattice = svo.bytes() - parts.tables - parts.topology - parts.normals - parts.colors -
-                  parts.levels;
+  parts.normals = 2 * svo.normals.size();
+  parts.colors = 2 * svo.colors.size() + sizeof(SvoColorEnds) * svo.color_ends.size() +
+                 sizeof(uint32_t) * svo.color_selectors.size();
+  parts.levels = level_bytes(svo.brick_level) + level_bytes(svo.cell_level);
+  parts.lattice =
+      svo.bytes() - parts.tables - parts.topology - parts.normals - parts.colors - parts.levels;
   return parts;
 }
 
@@ -281,7 +281,8 @@ void add_octrees(std::string& out, const Scene& scene, const std::string& input,
   add_list(out, "octrees", scene.octrees, [](const Svo& svo) { return describe(svo); });
   const OctreeBytes bytes = octree_bytes(scene, input);
   add_row(out, "in memory", parts_text(bytes.memory, stored_voxels(scene)));
-  if (!bytes.file.empty()) add_row(out, "in the file", parts_text(bytes.file, stored_voxels(scene)));
+  if (!bytes.file.empty())
+    add_row(out, "in the file", parts_text(bytes.file, stored_voxels(scene)));
 }
 
 }  // namespace

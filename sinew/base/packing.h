@@ -17,8 +17,8 @@ struct Packed {
   std::vector<size_t> ends;  // of each kind in `bytes`, as near as can be told; the last is the end
 };
 
-// One zstd frame. `ends` (rising) are where one kind of bytes ends and the next begins: each kind is
-// coded by its own statistics. `effort` is zstd's level, 1 to 19.
+// One zstd frame. `ends` (rising) are where one kind of bytes ends and the next begins: each kind
+// is coded by its own statistics. `effort` is zstd's level, 1 to 19.
 Packed pack(std::span<const uint8_t> bytes, std::span<const size_t> ends, int effort);
 
 // The most that `packed` bytes can become.

@@ -31,7 +31,8 @@ VoxelBounds::Extent VoxelBounds::extent_of(const Svo& svo, const SvoBlock& block
     for (uint64_t bits = *brick++; bits != 0; bits &= bits - 1) {
       const uvec3 at = place_of(64 * slot + static_cast<uint32_t>(std::countr_zero(bits))).min;
       for (int k = 0; k < 3; ++k) {
-        uint8_t &low = extent.low[static_cast<size_t>(k)], &high = extent.high[static_cast<size_t>(k)];
+        uint8_t &low = extent.low[static_cast<size_t>(k)],
+                &high = extent.high[static_cast<size_t>(k)];
         low = std::min(low, static_cast<uint8_t>(at[k]));
         high = std::max(high, static_cast<uint8_t>(at[k] + 1));
       }

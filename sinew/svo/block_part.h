@@ -48,7 +48,12 @@ struct BlockPart {
   uint64_t morton = 0;  // of the block
   std::vector<SvoCell> cells;
   std::vector<uint64_t> bricks;
-  SvoLevel levels[3];
+  std::vector<uint16_t> normals;  // one a voxel
+  bool exact_colors = false;      // then one a voxel, else ends and selectors
+  std::vector<uint16_t> colors;
+  std::vector<SvoColorEnds> color_ends;
+  std::vector<uint8_t> selectors;  // one a voxel
+  SvoLevel brick_level;
   SvoLevel cell_level;
   std::vector<AttributeSum> sums;  // one a cell
   std::vector<PartCorner> corners;

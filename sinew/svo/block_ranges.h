@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "sinew/base/error.h"
+#include "sinew/base/parallel.h"
 #include "sinew/svo/fragments.h"
 
 namespace sinew {
@@ -56,18 +57,30 @@ inline Result<void> check_grid(const VoxelGrid& grid) {
   return {};
 }
 
-// Within the grid and sorted; each place once if `unique`.
+// Within the grid and sorted; each place once if `unique`. In parallel.
 template <class T>
 Result<void> check_voxels(const VoxelGrid& grid, std::span<const T> voxels, bool unique) {
   if (voxels.empty()) return bad_voxels("there are no voxels");
-  for (size_t i = 0; i < voxels.size(); ++i) {
-    const VoxelMorton voxel = voxels[i].voxel;
-    if (i > 0 && (voxel < voxels[i - 1].voxel || (unique && voxel == voxels[i - 1].voxel))) {
-      return bad_voxels("voxel " + std::to_string(i) + " is out of order");
+  constexpr size_t kGrain = 1 << 16;
+  std::vector<const char*> problems((voxels.size() + kGrain - 1) / kGrain, nullptr);
+  parallel_for(voxels.size(), kGrain, [&](size_t begin, size_t end) {
+    const char*& problem = problems[begin / kGrain];
+    VoxelMorton good_cell = ~VoxelMorton{0};  // all of whose voxels lie within the grid
+    for (size_t i = begin; i < end && !problem; ++i) {
+      const VoxelMorton voxel = voxels[i].voxel;
+      if (i > 0 && (voxel < voxels[i - 1].voxel || (unique && voxel == voxels[i - 1].voxel))) {
+        problem = "voxels are out of order";
+      }
+      if (voxel >> 9 == good_cell) continue;
+      if (voxel >> 36 || glm::any(glm::greaterThanEqual(voxel_of(voxel), grid.resolution))) {
+        problem = "a voxel is outside of the grid";
+      }
+      const bool inside = glm::all(glm::lessThan(voxel_of(voxel | 511), grid.resolution));
+      if (inside) good_cell = voxel >> 9;
     }
-    if (voxel >> 36 || glm::any(glm::greaterThanEqual(voxel_of(voxel), grid.resolution))) {
-      return bad_voxels("voxel " + std::to_string(i) + " is outside of the grid");
-    }
+  });
+  for (const char* const problem : problems) {
+    if (problem) return bad_voxels(problem);
   }
   return {};
 }

@@ -3,18 +3,20 @@
 //
 //   offset  bytes  little endian
 //        0      4  "svo1"
-//        4      4  flags: 1 corners have joints, 2 levels 1 to 3 are stored
+//        4      4  flags: 1 corners have joints, 2 voxels have colours of their own, 4 levels 2 and
+//        3
+//                  are stored
 //        8      8  size of the whole
 //       16      8  size of the head unpacked
 //       24      8  ... packed
 //       32      8  XXH3-64 of the packed head
 //       40      8  XXH3-64 of the bytes before this
 //       48         head, packed: name, grid, morph weights, nodes with their attributes; of each
-//                  block its place, its sizes, and its page's size (packed) and XXH3-64
+//                  block its place, its sizes, and its page's: unpacked, packed, XXH3-64
 //        .         pages, one a block, in the blocks' order; see svo/page.h
 //
-// Packed means zstd, after values were made small (see svo/page.h). Levels 1 to 3 are left out where
-// filter_levels() makes them from the voxels bit for bit.
+// Packed means zstd, after values were made small (see svo/page.h). Levels 2 and 3 are left out
+// where filter_levels() makes them from the voxels bit for bit.
 #pragma once
 
 #include <array>
@@ -33,7 +35,7 @@ struct SvoFileParts {
   uint64_t tables = 0;    // header, nodes with their attributes, places of blocks and pages
   uint64_t topology = 0;  // cells and masks
   uint64_t normals = 0, colors = 0;
-  uint64_t levels = 0;   // attributes of levels 1 to 3
+  uint64_t levels = 0;   // attributes of levels 2 and 3
   uint64_t lattice = 0;  // corners, weights, morph targets
 
   void add(const SvoFileParts& other);
@@ -51,7 +53,7 @@ Result<EncodedSvo> encode_svo(const Svo& svo, int effort);
 // Where a block's page stands.
 struct SvoPage {
   uint64_t offset = 0;  // in the encoded octree
-  uint64_t unpacked = 0;
+  uint32_t unpacked = 0;
   uint32_t packed = 0;
   uint64_t checksum = 0;
 };
@@ -61,7 +63,8 @@ struct SvoIndex {
   Svo svo;                     // complete but for what pages hold: those arrays are empty
   std::vector<SvoPage> pages;  // one a block
   bool skinned = false;        // corners have joints
-  bool levels = false;         // levels 1 to 3 are stored
+  bool colors = false;         // voxels have colours of their own
+  bool levels = false;         // levels 2 and 3 are stored
   uint64_t bytes = 0;          // of memory that the octree will take
   SvoFileParts parts;
 };
@@ -72,10 +75,14 @@ Result<SvoIndex> decode_svo_index(std::span<const uint8_t> bytes, uint64_t limit
 // Gives the arrays of `index.svo` their sizes, so that pages can be decoded into it.
 void allocate_pages(SvoIndex& index);
 
-// Decodes one block into `svo`, whose arrays have their sizes. Different blocks may be decoded by
-// different threads at the same time.
+// Decodes one block into `svo`, whose arrays are as allocate_pages() leaves them. Different blocks
+// may be decoded by different threads at the same time.
 Result<void> decode_svo_page(const SvoIndex& index, std::span<const uint8_t> bytes, uint32_t block,
                              Svo& svo);
+
+// Fills levels 2 and 3 of a block that is decoded, where the file leaves them out. To be called
+// when no page is being decoded, for different blocks by different threads.
+void fill_levels(const SvoIndex& index, uint32_t block, Svo& svo);
 
 // The whole octree, valid. An error if a single bit differs from what encode_svo() gave.
 Result<Svo> decode_svo(std::span<const uint8_t> bytes, uint64_t limit);

@@ -2,7 +2,7 @@
 // pointers: it can be written to a file, mapped and moved as it is.
 //
 //   level 0    voxels                      bit (x, y, z) of a brick of 4^3, 64 bits
-//   level 1    2^3 voxels                  bit (x, y, z) of SvoCell::coarse, 64 bits
+//   level 1    2^3 voxels                  bit (x, y, z) of coarse_voxels(cell), 64 bits
 //   level 2    4^3 voxels, a brick         bit of SvoCell::bricks, 8 bits
 //   level 3    8^3 voxels, a *cell*        SvoCell: corners of its own in the skin lattice
 //   level 4-5  inner nodes                 SvoNode
@@ -14,7 +14,11 @@
 //   blocks  [ 0 | 1 | ... | end ]      first_*: where the block's cells, corners, ... begin
 //   cells   [ of block 0 | of block 1 | ...        in Morton order; copies of one cell adjacent
 //   bricks  [ of cell 0: one a bit of `bricks`, rising | of cell 1 ...
-//   voxels  one array of attributes a level, in the order of cells, bricks and bits
+//   voxels  attributes in the order of cells, bricks and bits. Of level 1 none are stored: they are
+//           the mean of its voxels, three on average, whenever somebody asks. Levels 2 and up have
+//           arrays with one entry a brick, a cell, a node
+//   colours of voxels: two ends a brick, and for each voxel two bits that say where between them it
+//           is; or one colour a voxel, which octrees of plain voxels have
 //
 // The *skin lattice*: the corners of cells are points that a Motion moves, and the inside of a cell
 // follows trilinearly. Where a cell holds sheets of different limbs, or different materials, it has
@@ -67,25 +71,24 @@ struct SvoBlock {
   uint32_t first_cell = 0;
   uint32_t first_corner = 0;
   uint32_t first_brick = 0;
-  uint32_t first_voxel[3] = {};  // of levels 0, 1, 2
-  uint32_t first_joint = 0;      // in joint_palette
-  uint32_t first_target = 0;     // in targets
+  uint32_t first_voxel = 0;
+  uint32_t first_joint = 0;   // in joint_palette
+  uint32_t first_target = 0;  // in targets
 };
-static_assert(sizeof(SvoBlock) == 40);
+static_assert(sizeof(SvoBlock) == 32);
 
 // Indices are relative to the block's.
 struct SvoCell {
-  uint64_t coarse = 0;      // level 1: bit x + 4 y + 16 z
   uint16_t corner[8] = {};  // bit 0 of the index is x, 1 is y, 2 is z
   uint32_t first_brick = 0;
-  uint32_t first_voxel[3] = {};  // of levels 0, 1, 2
-  uint16_t place = 0;            // x + 8 y + 64 z within the block, in cells
-  uint16_t material = 0;         // index into the scene's materials
-  uint16_t voxels = 0;           // of level 0, 1 to 512
-  uint8_t bricks = 0;            // level 2: bit x + 2 y + 4 z
+  uint32_t first_voxel = 0;
+  uint16_t place = 0;     // x + 8 y + 64 z within the block, in cells
+  uint16_t material = 0;  // index into the scene's materials
+  uint16_t voxels = 0;    // 1 to 512
+  uint8_t bricks = 0;     // level 2: bit x + 2 y + 4 z
   uint8_t reserved = 0;
 };
-static_assert(sizeof(SvoCell) == 48);
+static_assert(sizeof(SvoCell) == 32);
 
 // A voxel of a cell, of any of its levels, in 10 bits.
 //   0..511 level 0: 64 * brick + bit; 512..575 level 1; 576..583 level 2; 584 the cell itself.
@@ -112,11 +115,17 @@ inline VoxelPlace place_of(VoxelCode code) {
   return {side * bits(local, 3 - level), side};
 }
 
-// Attributes of the nodes of one level.
+// Attributes of what is above voxels.
 struct SvoLevel {
   std::vector<uint16_t> normals;  // see pack_normal: at rest
-  std::vector<uint16_t> colors;   // see pack_color: base colour
-  std::vector<uint8_t> spreads;  // length of the mean normal * 255; empty at level 0, where it is 1
+  std::vector<uint16_t> colors;   // see pack_color: diffuse reflectance
+  std::vector<uint8_t> spreads;   // length of the mean normal * 255
+};
+
+// Between which colours those of a brick's voxels are: selector s stands for mix(a, b, s / 3) of
+// the packed colours' square roots.
+struct SvoColorEnds {
+  uint16_t a = 0, b = 0;
 };
 
 // Which corners of a block a morph target moves, and by what: delta = unit * deltas, one a corner
@@ -139,9 +148,13 @@ struct Svo {
   std::vector<SvoBlock> blocks;  // and one more, for its ends; empty if there are no voxels
   std::vector<SvoCell> cells;
   std::vector<uint64_t> bricks;
-  SvoLevel levels[3];   // in cells
-  SvoLevel cell_level;  // one a cell: level 3
-  SvoLevel node_level;  // one a node: levels 4 and above
+  std::vector<uint16_t> normals;  // one a voxel
+  std::vector<uint16_t> colors;   // one a voxel; or none, and then:
+  std::vector<SvoColorEnds> color_ends;
+  std::vector<uint32_t> color_selectors;  // voxel i: bits 2 i, 2 i + 1, the lowest first
+  SvoLevel brick_level;                   // one a brick: level 2
+  SvoLevel cell_level;                    // one a cell: level 3
+  SvoLevel node_level;                    // one a node: levels 4 and above
 
   // Of corners, block by block.
   std::vector<uint16_t> corner_places;  // x + 9 y + 81 z in cells, within the block: 0 to 8 each
@@ -154,7 +167,7 @@ struct Svo {
   uint32_t block_count() const {
     return blocks.empty() ? 0 : static_cast<uint32_t>(blocks.size() - 1);
   }
-  uint64_t voxel_count() const { return levels[0].normals.size(); }
+  uint64_t voxel_count() const { return normals.size(); }
   // The node of block 0; those of the other blocks follow.
   uint32_t first_block_node() const;
   size_t bytes() const;  // of all buffers
@@ -170,9 +183,29 @@ vec3 unpack_normal(uint16_t packed);
 uint16_t pack_color(vec3 linear);
 vec3 unpack_color(uint16_t packed);
 
-// Where the attributes of a voxel of a cell stand in the array of its level (levels 0 to 2): how
-// many voxels of that level come before it. The voxel must be occupied.
-uint32_t voxel_index(const Svo& svo, const SvoBlock& block, const SvoCell& cell, VoxelCode code);
+// Level 1 of a cell: bit x + 4 y + 16 z where one of the 2^3 voxels is. `bricks` are the cell's
+// own.
+uint64_t coarse_voxels(const SvoCell& cell, const uint64_t* bricks);
+
+// Where a voxel of level 0 stands in its arrays, and its brick in those of bricks: how many come
+// before it. It must be occupied.
+struct VoxelIndex {
+  uint32_t voxel = 0;
+  uint32_t brick = 0;
+};
+VoxelIndex voxel_index(const Svo& svo, const SvoBlock& block, const SvoCell& cell, VoxelCode code);
+
+vec3 voxel_color(const Svo& svo, VoxelIndex at);  // linear
+
+// How a voxel of a cell, of any of its levels, looks at rest. It must be occupied.
+struct VoxelAttributes {
+  vec3 normal{0.0f};    // unit
+  vec3 color{0.0f};     // linear
+  float spread = 1.0f;  // length of the mean normal
+};
+VoxelAttributes voxel_attributes(const Svo& svo, const SvoBlock& block, const SvoCell& cell,
+                                 VoxelCode code);
+VoxelAttributes level_attributes(const SvoLevel& level, size_t index);
 
 // Every invariant stated above. Empty text if all hold, else what is wrong and where.
 std::string validate(const Svo& svo);

@@ -59,34 +59,32 @@ void make_nodes(std::span<const BlockPart> parts, Svo& svo) {
       SvoNode node = row.nodes[i];
       if (r > 0) node.first += below;
       svo.nodes.push_back(node);
-      const PackedMean mean = mean_of(row.sums[i]);
-      svo.node_level.normals.push_back(mean.normal);
-      svo.node_level.colors.push_back(mean.color);
-      svo.node_level.spreads.push_back(mean.spread);
+      append_mean(row.sums[i], svo.node_level);
     }
   }
 }
 
 // Where the block's part of each buffer begins, in 64 bits.
 struct Offsets {
-  uint64_t cells = 0, corners = 0, bricks = 0, voxels[3] = {}, joints = 0, targets = 0, deltas = 0;
+  uint64_t cells = 0, corners = 0, bricks = 0, voxels = 0, joints = 0, targets = 0, deltas = 0;
 
   uint64_t largest() const {
-    return std::max(
-        {cells, corners, bricks, voxels[0], voxels[1], voxels[2], joints, targets, deltas});
+    return std::max({cells, corners, bricks, voxels, joints, targets, deltas});
   }
 };
 
-// The joints that move corners of a part, rising.
-std::vector<uint16_t> palette_of(const BlockPart& part) {
+// The joints that move corners of a part, rising. `seen` is scratch, all 0, one a joint.
+std::vector<uint16_t> palette_of(const BlockPart& part, std::span<uint8_t> seen) {
   std::vector<uint16_t> palette;
   for (const PartCorner& corner : part.corners) {
     for (uint32_t k = 0; k < kSvoInfluences; ++k) {
-      if (corner.weights[k] > 0) palette.push_back(corner.joints[k]);
+      if (corner.weights[k] == 0 || seen[corner.joints[k]]) continue;
+      seen[corner.joints[k]] = 1;
+      palette.push_back(corner.joints[k]);
     }
   }
+  for (const uint16_t joint : palette) seen[joint] = 0;
   std::ranges::sort(palette);
-  palette.erase(std::unique(palette.begin(), palette.end()), palette.end());
   return palette;
 }
 
@@ -95,7 +93,7 @@ Offsets after(const Offsets& at, const BlockPart& part, size_t joints) {
   next.cells += part.cells.size();
   next.corners += part.corners.size();
   next.bricks += part.bricks.size();
-  for (int level = 0; level < 3; ++level) next.voxels[level] += part.levels[level].normals.size();
+  next.voxels += part.normals.size();
   next.joints += joints;
   next.targets += part.targets.size();
   next.deltas += part.deltas.size();
@@ -111,23 +109,27 @@ SvoBlock block_at(const Offsets& at, uint64_t morton) {
   block.first_cell = static_cast<uint32_t>(at.cells);
   block.first_corner = static_cast<uint32_t>(at.corners);
   block.first_brick = static_cast<uint32_t>(at.bricks);
-  for (int i = 0; i < 3; ++i) block.first_voxel[i] = static_cast<uint32_t>(at.voxels[i]);
+  block.first_voxel = static_cast<uint32_t>(at.voxels);
   block.first_joint = static_cast<uint32_t>(at.joints);
   block.first_target = static_cast<uint32_t>(at.targets);
   return block;
 }
 
-void resize(SvoLevel& level, size_t size, bool spreads) {
+void resize(SvoLevel& level, size_t size) {
   level.normals.resize(size);
   level.colors.resize(size);
-  if (spreads) level.spreads.resize(size);
+  level.spreads.resize(size);
 }
 
-void resize(const SvoFrame& frame, const Offsets& end, Svo& svo) {
+void resize(const SvoFrame& frame, const Offsets& end, bool exact_colors, Svo& svo) {
   svo.cells.resize(end.cells);
   svo.bricks.resize(end.bricks);
-  for (int i = 0; i < 3; ++i) resize(svo.levels[i], end.voxels[i], i > 0);
-  resize(svo.cell_level, end.cells, true);
+  svo.normals.resize(end.voxels);
+  svo.colors.resize(exact_colors ? end.voxels : 0);
+  svo.color_ends.resize(exact_colors ? 0 : end.bricks);
+  svo.color_selectors.resize(exact_colors ? 0 : (end.voxels + 15) / 16);
+  resize(svo.brick_level, end.bricks);
+  resize(svo.cell_level, end.cells);
   svo.corner_places.resize(end.corners);
   svo.targets.resize(end.targets);
   svo.deltas.resize(end.deltas);
@@ -137,10 +139,26 @@ void resize(const SvoFrame& frame, const Offsets& end, Svo& svo) {
   svo.joint_palette.resize(end.joints);
 }
 
+template <class T>
+void copy_to(const std::vector<T>& from, std::vector<T>& to, uint64_t at) {
+  std::ranges::copy(from, to.begin() + static_cast<ptrdiff_t>(at));
+}
+
 void copy_level(const SvoLevel& from, size_t at, SvoLevel& to) {
-  std::ranges::copy(from.normals, to.normals.begin() + static_cast<ptrdiff_t>(at));
-  std::ranges::copy(from.colors, to.colors.begin() + static_cast<ptrdiff_t>(at));
-  std::ranges::copy(from.spreads, to.spreads.begin() + static_cast<ptrdiff_t>(at));
+  copy_to(from.normals, to.normals, at);
+  copy_to(from.colors, to.colors, at);
+  copy_to(from.spreads, to.spreads, at);
+}
+
+// Blocks do not begin at whole words, so one after the other.
+void copy_selectors(std::span<const BlockPart> parts, Svo& svo) {
+  size_t i = 0;
+  for (const BlockPart& part : parts) {
+    for (const uint8_t selector : part.selectors) {
+      svo.color_selectors[i >> 4] |= uint32_t{selector} << (2 * (i & 15));
+      ++i;
+    }
+  }
 }
 
 void copy_corners(const BlockPart& part, std::span<const uint16_t> palette, const Offsets& at,
@@ -162,15 +180,15 @@ void copy_corners(const BlockPart& part, std::span<const uint16_t> palette, cons
 
 void copy_part(const BlockPart& part, std::span<const uint16_t> palette, const Offsets& at,
                std::span<const float> units, Svo& svo) {
-  const auto offset = [](uint64_t place) { return static_cast<ptrdiff_t>(place); };
-  std::ranges::copy(part.cells, svo.cells.begin() + offset(at.cells));
-  std::ranges::copy(part.bricks, svo.bricks.begin() + offset(at.bricks));
-  for (int level = 0; level < 3; ++level) {
-    copy_level(part.levels[level], at.voxels[level], svo.levels[level]);
-  }
+  copy_to(part.cells, svo.cells, at.cells);
+  copy_to(part.bricks, svo.bricks, at.bricks);
+  copy_to(part.normals, svo.normals, at.voxels);
+  copy_to(part.colors, svo.colors, at.voxels);
+  copy_to(part.color_ends, svo.color_ends, at.bricks);
+  copy_level(part.brick_level, at.bricks, svo.brick_level);
   copy_level(part.cell_level, at.cells, svo.cell_level);
   copy_corners(part, palette, at, svo);
-  std::ranges::copy(part.deltas, svo.deltas.begin() + offset(at.deltas));
+  copy_to(part.deltas, svo.deltas, at.deltas);
   for (size_t t = 0; t < part.targets.size(); ++t) {
     svo.targets[at.targets + t] = {part.targets[t], units[part.targets[t]],
                                    static_cast<uint32_t>(at.deltas + t * part.corners.size())};
@@ -195,8 +213,9 @@ uint32_t level_that_holds(uvec3 resolution) {
 Result<Svo> join_parts(const SvoFrame& frame, std::span<const BlockPart> parts) {
   std::vector<std::vector<uint16_t>> palettes(parts.size());
   if (frame.joints > 0) {
-    parallel_for(parts.size(), 4, [&](size_t begin, size_t end) {
-      for (size_t b = begin; b < end; ++b) palettes[b] = palette_of(parts[b]);
+    parallel_for(parts.size(), 64, [&](size_t begin, size_t end) {
+      std::vector<uint8_t> seen(frame.joints, 0);
+      for (size_t b = begin; b < end; ++b) palettes[b] = palette_of(parts[b], seen);
     });
   }
   std::vector<Offsets> at(parts.size() + 1);
@@ -217,7 +236,8 @@ Result<Svo> join_parts(const SvoFrame& frame, std::span<const BlockPart> parts) 
   if (svo.nodes.size() + end.cells > kMostUnits) return too_large("cells");
   for (size_t b = 0; b < parts.size(); ++b) svo.blocks.push_back(block_at(at[b], parts[b].morton));
   svo.blocks.push_back(block_at(end, 0));
-  resize(frame, end, svo);
+  resize(frame, end, parts.front().exact_colors, svo);
+  copy_selectors(parts, svo);
   parallel_for(parts.size(), 4, [&](size_t begin, size_t stop) {
     for (size_t b = begin; b < stop; ++b) copy_part(parts[b], palettes[b], at[b], frame.units, svo);
   });

@@ -17,6 +17,13 @@ struct NearSheet {
   const Sheet* sheet = nullptr;
   const SheetMasks* masks = nullptr;  // null without solid filling
   uvec3 place{0};                     // of its cell in the grid: 1..8 within the block
+  // For the cells around: the last sheet there that it was joined with.
+  uint32_t joined[27];
+
+  NearSheet(const Sheet& of, const SheetMasks* its_masks, uvec3 at)
+      : sheet(&of), masks(its_masks), place(at) {
+    std::ranges::fill(joined, kNone);
+  }
 };
 
 uint32_t grid_index(uvec3 place) {
@@ -48,14 +55,13 @@ struct AllCommonCorners {
     for (int i = 0; i < 27; ++i) of[i] = common_corners({i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1});
   }
 };
-const CommonCorners& common_corners_of(uvec3 first, uvec3 second) {
-  static const AllCommonCorners all;
-  const uvec3 step = second + 1u - first;
-  return all.of[step.x + 3 * step.y + 9 * step.z];
-}
-bool beside(uvec3 a, uvec3 b) {
-  const uvec3 step = b + 1u - a;  // wraps below 0
-  return step.x <= 2 && step.y <= 2 && step.z <= 2;
+const AllCommonCorners kCommonCorners;
+
+// Which of the cells around the first the second is: an index of AllCommonCorners, or kNone.
+uint32_t step_between(uvec3 first, uvec3 second) {
+  const uvec3 step = second + 1u - first;  // wraps below 0
+  if (step.x > 2 || step.y > 2 || step.z > 2) return kNone;
+  return step.x + 3 * step.y + 9 * step.z;
 }
 
 class CornerJoiner {
@@ -106,7 +112,7 @@ void CornerJoiner::add_vertices(const BlockSheets& block, uint32_t sheet, uint32
 void CornerJoiner::add_sheets(const BlockSheets& block, uint32_t cell, uvec3 place) {
   for (uint32_t s = block.first_sheet[cell]; s < block.first_sheet[cell + 1]; ++s) {
     add_vertices(block, s, static_cast<uint32_t>(sheets_.size()));
-    sheets_.push_back({&block.sheets[s], block.masks.empty() ? nullptr : &block.masks[s], place});
+    sheets_.emplace_back(block.sheets[s], block.masks.empty() ? nullptr : &block.masks[s], place);
   }
 }
 
@@ -147,7 +153,10 @@ uint32_t CornerJoiner::root(uint32_t node) {
 }
 
 void CornerJoiner::join(uint32_t a, uint32_t b) {
-  const CommonCorners& common = common_corners_of(sheets_[a].place, sheets_[b].place);
+  const uint32_t step = step_between(sheets_[a].place, sheets_[b].place);
+  if (step == kNone || sheets_[a].joined[step] == b) return;
+  sheets_[a].joined[step] = b;
+  const CommonCorners& common = kCommonCorners.of[step];
   for (uint32_t i = 0; i < common.count; ++i) {
     const uint32_t p = root(8 * a + common.of_first[i]), q = root(8 * b + common.of_second[i]);
     if (p != q) parent_[std::max(p, q)] = std::min(p, q);
@@ -165,9 +174,7 @@ void CornerJoiner::join_list(uint32_t head) {
   }
   if (count <= kFew) {
     for (uint32_t i = 0; i < count; ++i) {
-      for (uint32_t j = i + 1; j < count; ++j) {
-        if (beside(sheets_[list[i]].place, sheets_[list[j]].place)) join(list[i], list[j]);
-      }
+      for (uint32_t j = i + 1; j < count; ++j) join(list[i], list[j]);
     }
     return;
   }

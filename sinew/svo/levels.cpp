@@ -4,26 +4,55 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
+
+#include "sinew/svo/brick.h"
 
 namespace sinew {
 namespace {
 
-// The bit of SvoCell::coarse above bit `bit` of brick `brick`.
-uint32_t coarse_bit(uint32_t brick, uint32_t bit) {
-  const uint32_t x = 2 * (brick & 1) + (bit >> 1 & 1);
-  const uint32_t y = 2 * (brick >> 1 & 1) + (bit >> 3 & 1);
-  const uint32_t z = 2 * (brick >> 2) + (bit >> 5);
-  return x + 4 * y + 16 * z;
-}
-// The brick that holds a bit of SvoCell::coarse.
-uint32_t brick_of(uint32_t bit) {
-  return (bit >> 1 & 1) + (bit >> 2 & 2) + (bit >> 3 & 4);
+// unpack_normal(), inlined.
+vec3 unit_normal(uint16_t packed) {
+  const float x = static_cast<float>(static_cast<int>(packed & 255) - 127);
+  const float y = static_cast<float>(static_cast<int>(packed >> 8) - 127);
+  const float z = 127.0f - std::abs(x) - std::abs(y);
+  const float fold = std::max(-z, 0.0f);
+  const vec3 d(x - std::copysign(fold, x), y - std::copysign(fold, y), z);
+  return d * (1.0f / std::sqrt(dot(d, d)));
 }
 
-// Calls take(bit) for each set bit, rising.
-template <class Take>
-void for_each_bit(uint64_t mask, const Take& take) {
-  for (; mask != 0; mask &= mask - 1) take(static_cast<uint32_t>(std::countr_zero(mask)));
+vec3 sum_of_normals(const uint16_t* normals, uint32_t count) {
+  vec3 sum(0.0f);
+  for (uint32_t v = 0; v < count; ++v) sum += unit_normal(normals[v]);
+  return sum;
+}
+
+void set_mean(const AttributeSum& sum, SvoLevel& level, size_t i) {
+  const PackedMean mean = mean_of(sum);
+  level.normals[i] = mean.normal;
+  level.colors[i] = mean.color;
+  level.spreads[i] = mean.spread;
+}
+
+// The bricks of a cell.
+AttributeSum filter_bricks(Svo& svo, size_t brick, size_t voxel, uint32_t bricks) {
+  AttributeSum all;
+  for (uint32_t i = 0; i < bricks; ++i, ++brick) {
+    const auto count = static_cast<uint32_t>(std::popcount(svo.bricks[brick]));
+    uint8_t selectors[64] = {};
+    for (size_t v = 0; v < count && svo.colors.empty(); ++v) {
+      const size_t at = voxel + v;
+      selectors[v] = svo.color_selectors[at >> 4] >> (2 * (at & 15)) & 3;
+    }
+    const uint16_t* const normals = &svo.normals[voxel];
+    const AttributeSum sum = svo.colors.empty()
+                                 ? sum_of_brick(normals, svo.color_ends[brick], selectors, count)
+                                 : sum_of_brick(normals, &svo.colors[voxel], count);
+    set_mean(sum, svo.brick_level, brick);
+    all.add(sum);
+    voxel += count;
+  }
+  return all;
 }
 
 }  // namespace
@@ -35,50 +64,38 @@ PackedMean mean_of(const AttributeSum& sum) {
           static_cast<uint8_t>(255.0f * spread + 0.5f)};
 }
 
-AttributeSum filter_cell(const SvoCell& cell, const uint64_t* bricks, const CellAttributes& at) {
-  AttributeSum coarse[64], brick_sums[8], all;
-  uint32_t voxel = 0, written[3] = {};
-  for_each_bit(cell.bricks, [&](uint32_t brick) {
-    for_each_bit(*bricks++, [&](uint32_t bit) {
-      coarse[coarse_bit(brick, bit)].add(
-          {unpack_normal(at.normals[0][voxel]), unpack_color(at.colors[0][voxel]), 1.0f});
-      ++voxel;
-    });
-  });
-  const auto write = [&](int level, const AttributeSum& sum) {
-    const PackedMean mean = mean_of(sum);
-    const uint32_t i = written[level - 1]++;
-    at.normals[level][i] = mean.normal;
-    at.colors[level][i] = mean.color;
-    at.spreads[level][i] = mean.spread;
-  };
-  for_each_bit(cell.coarse, [&](uint32_t bit) {
-    write(1, coarse[bit]);
-    brick_sums[brick_of(bit)].add(coarse[bit]);
-  });
-  for_each_bit(cell.bricks, [&](uint32_t brick) {
-    write(2, brick_sums[brick]);
-    all.add(brick_sums[brick]);
-  });
-  write(3, all);
-  return all;
+void append_mean(const AttributeSum& sum, SvoLevel& out) {
+  const PackedMean mean = mean_of(sum);
+  out.normals.push_back(mean.normal);
+  out.colors.push_back(mean.color);
+  out.spreads.push_back(mean.spread);
+}
+
+AttributeSum sum_of_brick(const uint16_t* normals, const uint16_t* colors, uint32_t count) {
+  vec3 color(0.0f);
+  for (uint32_t v = 0; v < count; ++v) color += unpack_color(colors[v]);
+  return {sum_of_normals(normals, count), color, static_cast<float>(count)};
+}
+
+AttributeSum sum_of_brick(const uint16_t* normals, SvoColorEnds ends, const uint8_t* selectors,
+                          uint32_t count) {
+  uint32_t counts[4] = {};
+  for (uint32_t v = 0; v < count; ++v) ++counts[selectors[v]];
+  vec3 color(0.0f);
+  for (uint32_t s = 0; s < 4; ++s) {
+    if (counts[s] > 0) color += static_cast<float>(counts[s]) * selected_color(ends, s);
+  }
+  return {sum_of_normals(normals, count), color, static_cast<float>(count)};
 }
 
 void filter_levels(Svo& svo, uint32_t block) {
   const SvoBlock& b = svo.blocks[block];
   for (uint32_t c = b.first_cell; c < svo.blocks[block + 1].first_cell; ++c) {
     const SvoCell& cell = svo.cells[c];
-    CellAttributes at{};
-    for (int level = 0; level < 3; ++level) {
-      const size_t first = size_t{b.first_voxel[level]} + cell.first_voxel[level];
-      at.normals[level] = svo.levels[level].normals.data() + first;
-      at.colors[level] = svo.levels[level].colors.data() + first;
-      at.spreads[level] = svo.levels[level].spreads.data() + (level > 0 ? first : 0);
-    }
-    at.normals[3] = &svo.cell_level.normals[c];
-    at.colors[3] = &svo.cell_level.colors[c];
-    at.spreads[3] = &svo.cell_level.spreads[c];
-    filter_cell(cell, &svo.bricks[b.first_brick + cell.first_brick], at);
+    const AttributeSum sum = filter_bricks(svo, size_t{b.first_brick} + cell.first_brick,
+                                           size_t{b.first_voxel} + cell.first_voxel,
+                                           static_cast<uint32_t>(std::popcount(cell.bricks)));
+    set_mean(sum, svo.cell_level, c);
   }
 }
 

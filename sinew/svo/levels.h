@@ -26,19 +26,14 @@ struct PackedMean {
 };
 PackedMean mean_of(const AttributeSum& sum);
 
-// Where the attributes of one cell stand: of its first voxel at levels 0, 1, 2, and its own.
-struct CellAttributes {
-  uint16_t* normals[4];
-  uint16_t* colors[4];
-  uint8_t* spreads[4];  // [0] is not used
-};
+// Sums over the voxels of a brick.
+AttributeSum sum_of_brick(const uint16_t* normals, const uint16_t* colors, uint32_t count);
+AttributeSum sum_of_brick(const uint16_t* normals, SvoColorEnds ends, const uint8_t* selectors,
+                          uint32_t count);
 
-// Fills levels 1 to 3 of a cell from level 0. `bricks` are the cell's; of the cell, `coarse` and
-// `bricks` must be filled. Returns the sum over its voxels.
-AttributeSum filter_cell(const SvoCell& cell, const uint64_t* bricks, const CellAttributes& at);
+void append_mean(const AttributeSum& sum, SvoLevel& out);
 
-// Fills levels[1], levels[2] and cell_level of one block from levels[0] and the topology. All
-// arrays have their sizes.
+// Fills brick_level and cell_level of one block from its voxels. All arrays have their sizes.
 void filter_levels(Svo& svo, uint32_t block);
 
 }  // namespace sinew

@@ -1,5 +1,5 @@
 // Octrees of plain voxels: one sheet, so that the copies of a cell, one for each material, share
-// all corners.
+// all corners. Colours are kept as they are: they may be all that such voxels have.
 #include <algorithm>
 
 #include "sinew/base/parallel.h"
@@ -56,6 +56,7 @@ void append_cells(std::span<const PlainVoxel> voxels, PlainCorners& corners, Blo
 
 BlockPart make_part(std::span<const PlainVoxel> voxels) {
   BlockPart part;
+  part.exact_colors = true;
   part.morton = voxels.front().voxel >> 18;
   PlainCorners corners;
   while (!voxels.empty()) {

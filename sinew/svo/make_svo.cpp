@@ -23,11 +23,11 @@ Result<void> check_source(const VoxelSurface& surface, const SvoSource& source) 
   for (const uvec3 t : source.triangles) {
     if (std::max({t.x, t.y, t.z}) >= vertices) return bad_voxels("a triangle of no such vertex");
   }
+  uint32_t highest = 0;
   for (const VoxelFragment& fragment : surface.fragments) {
-    if (fragment.triangle != kInside && fragment.triangle >= source.triangles.size()) {
-      return bad_voxels("a fragment of no such triangle");
-    }
+    highest = std::max(highest, fragment.triangle == kInside ? 0 : fragment.triangle);
   }
+  if (source.triangles.size() <= highest) return bad_voxels("a fragment of no such triangle");
   return {};
 }
 

@@ -65,23 +65,12 @@ void write_topology(const Svo& svo, uint32_t block, StreamWriter& out) {
   out.add(Part::topology, voxels);
 }
 
-// Sets what follows from a cell's bricks, and moves on to the next cell's.
+// Sets what follows from a cell's bricks and those before.
 void set_cell(std::span<const uint64_t> bricks, const Counts& before, SvoCell& cell) {
   cell.first_brick = before.bricks;
-  std::copy(before.voxels, before.voxels + 3, cell.first_voxel);
-  cell.coarse = 0;
+  cell.first_voxel = before.voxels;
   cell.voxels = 0;
-  size_t next = 0;
-  for (uint32_t slot = 0; slot < 8; ++slot) {
-    if ((cell.bricks >> slot & 1) == 0) continue;
-    const uint64_t brick = bricks[next++];
-    // Groups are 2^3 of 4^3 in the cell: bit x + 4 y + 16 z of `coarse`.
-    const uint32_t base = 2 * (slot & 1) + 8 * (slot >> 1 & 1) + 32 * (slot >> 2);
-    const uint32_t groups = groups_of(brick);
-    for (uint32_t g = 0; g < kGroups; ++g) {
-      const uint64_t bit = groups >> g & 1;
-      cell.coarse |= bit << (base + (g & 1) + 4 * (g >> 1 & 1) + 16 * (g >> 2));
-    }
+  for (const uint64_t brick : bricks) {
     cell.voxels = static_cast<uint16_t>(cell.voxels + std::popcount(brick));
   }
 }
@@ -127,12 +116,9 @@ bool read_topology(StreamReader& in, uint32_t block, Svo& svo) {
     if (own > counts.bricks - so_far.bricks) return false;
     set_cell(bricks.subspan(so_far.bricks, own), so_far, cell);
     so_far.bricks += own;
-    so_far.voxels[0] += cell.voxels;
-    so_far.voxels[1] += static_cast<uint32_t>(std::popcount(cell.coarse));
-    so_far.voxels[2] += own;
+    so_far.voxels += cell.voxels;
   }
-  return so_far.bricks == counts.bricks &&
-         std::equal(so_far.voxels, so_far.voxels + 3, counts.voxels);
+  return so_far.bricks == counts.bricks && so_far.voxels == counts.voxels;
 }
 
 }  // namespace
@@ -143,38 +129,37 @@ Counts counts_of(const Svo& svo, uint32_t block) {
   counts.cells = next.first_cell - here.first_cell;
   counts.corners = next.first_corner - here.first_corner;
   counts.bricks = next.first_brick - here.first_brick;
-  for (int level = 0; level < 3; ++level) {
-    counts.voxels[level] = next.first_voxel[level] - here.first_voxel[level];
-  }
+  counts.voxels = next.first_voxel - here.first_voxel;
   counts.joints = next.first_joint - here.first_joint;
   counts.targets = next.first_target - here.first_target;
   return counts;
 }
 
 uint64_t page_size(const Counts& counts, const PageFormat& format) {
-  // Place, material, bricks and ranks of corners; groups of a brick; a group.
-  uint64_t bytes = uint64_t{21} * counts.cells + counts.bricks + counts.voxels[1];
-  bytes += uint64_t{5} * counts.voxels[0];
-  if (format.levels) {
-    bytes += 6 * (uint64_t{counts.voxels[1]} + counts.voxels[2] + counts.cells);
+  // Place, material, bricks and ranks of corners; which groups a brick has; a voxel's normal.
+  uint64_t bytes = uint64_t{21} * counts.cells + counts.bricks + uint64_t{2} * counts.voxels;
+  if (format.colors) {
+    bytes += uint64_t{3} * counts.voxels;
+  } else {
+    bytes += uint64_t{6} * counts.bricks + (uint64_t{counts.voxels} + 3) / 4;
   }
+  if (format.levels) bytes += uint64_t{6} * counts.bricks + uint64_t{6} * counts.cells;
   bytes += uint64_t{format.skinned ? 12u : 2u} * counts.corners + uint64_t{2} * counts.joints;
   return bytes + counts.targets * (8 + uint64_t{6} * counts.corners);
 }
 
 void write_page(const Svo& svo, uint32_t block, const PageFormat& format, StreamWriter& out) {
   write_topology(svo, block, out);
-  write_voxels(svo, block, out);
+  write_voxels(svo, block, format, out);
   if (format.levels) write_levels(svo, block, out);
   write_lattice(svo, block, format, out);
 }
 
-bool read_page(std::span<const uint8_t> bytes, uint32_t block, const PageFormat& format,
-               Svo& svo) {
+bool read_page(std::span<const uint8_t> bytes, uint32_t block, const PageFormat& format, Svo& svo) {
   StreamReader in(bytes);
-  return read_topology(in, block, svo) && read_voxels(in, block, svo) &&
-         (!format.levels || read_levels(in, block, svo)) &&
-         read_lattice(in, block, format, svo) && in.at_end();
+  return read_topology(in, block, svo) && read_voxels(in, block, format, svo) &&
+         (!format.levels || read_levels(in, block, svo)) && read_lattice(in, block, format, svo) &&
+         in.at_end();
 }
 
 }  // namespace sinew::svo_file

@@ -171,7 +171,8 @@ bool read_corners(StreamReader& in, uint32_t block, Svo& svo) {
   const CornersByPlace corners(places);
   for (size_t i = 0; i < ranks.size(); ++i) {
     SvoCell& cell = svo.cells[svo.blocks[block].first_cell + i / 8];
-    const std::span<const uint16_t> choice = corners.at(place_of_corner(cell, static_cast<uint32_t>(i % 8)));
+    const std::span<const uint16_t> choice =
+        corners.at(place_of_corner(cell, static_cast<uint32_t>(i % 8)));
     if (ranks[i] >= choice.size()) return false;
     cell.corner[i % 8] = choice[ranks[i]];
   }
@@ -189,7 +190,8 @@ void write_lattice(const Svo& svo, uint32_t block, const PageFormat& format, Str
   const CornersByPlace corners(places);
   out.add<uint16_t>(Part::lattice, size_t{8} * counts.cells, [&](size_t i) {
     const SvoCell& cell = svo.cells[svo.blocks[block].first_cell + i / 8];
-    const std::span<const uint16_t> choice = corners.at(place_of_corner(cell, static_cast<uint32_t>(i % 8)));
+    const std::span<const uint16_t> choice =
+        corners.at(place_of_corner(cell, static_cast<uint32_t>(i % 8)));
     return static_cast<uint16_t>(std::ranges::find(choice, cell.corner[i % 8]) - choice.begin());
   });
   if (format.skinned) write_skin(svo, block, out);

@@ -119,7 +119,10 @@ void PosedSvo::set_pose(const SvoMotion& motion, const Pose& pose) {
 
 Box PosedSvo::bounds(uint32_t node) const {
   Box box;
-  derive_bounds(motion_->bounds, motion_->shape(), pose_, node, std::span(&box, 1));
+  const uint32_t upper = motion_->upper_nodes;
+  const bool above = node < upper;
+  derive_bounds(above ? motion_->upper : motion_->blocks, motion_->shape(), pose_,
+                above ? node : node - upper, std::span(&box, 1));
   return box;
 }
 

@@ -20,7 +20,10 @@ namespace sinew {
 // above them as functions of the pose (see motion/clusters.h), by the nodes' order.
 struct SvoMotion {
   const Svo* svo = nullptr;  // must outlive it
-  ClusterBounds bounds;      // a cluster for each node of level kBlockLevel and above
+  uint32_t upper_nodes = 0;  // how many are of levels above kBlockLevel
+  ClusterBounds upper;       // a cluster for each of these, not split: that takes long for so many
+                             // corners
+  ClusterBounds blocks;      // a cluster for each block
   std::vector<vec3> sizes;   // one a morph target: what shape() shows
 
   // A motion of the kind that `bounds` was made of, without its corners.
@@ -64,7 +67,7 @@ class PosedSvo {
   Pose pose_;
   uint32_t epoch_ = 0;
   std::vector<uint32_t> made_;  // epoch, one a block
-  Buffer<vec3> positions_;  // memory is touched only for blocks that are made
+  Buffer<vec3> positions_;      // memory is touched only for blocks that are made
   Buffer<mat3> cofactors_;
 };
 

@@ -24,7 +24,7 @@ struct SheetMasks {
 };
 
 struct Sheet {
-  SheetPoint near[8];       // of the sheet, to the cell's corners
+  SheetPoint near[8];         // of the sheet, to the cell's corners
   uint32_t first_vertex = 0;  // in BlockSheets::vertices
   uint16_t cell = 0;          // Morton code within the block
   bool only_inside = false;   // no triangles: solid filling

@@ -84,22 +84,31 @@ NodeBlocks blocks_of_nodes(const Svo& svo) {
   return out;
 }
 
+// One cluster a node of [begin, end).
+ClusterBounds bounds_of(const Svo& svo, const Motion& motion, const NodeBlocks& blocks,
+                        size_t begin, size_t end, const ClusterConfig& config) {
+  std::vector<uint32_t> first{0}, vertices;
+  for (size_t n = begin; n < end; ++n) {
+    const uint32_t from = svo.blocks[blocks.first[n]].first_corner;
+    const uint32_t to = svo.blocks[blocks.end[n]].first_corner;
+    for (uint32_t corner = from; corner < to; ++corner) vertices.push_back(corner);
+    first.push_back(static_cast<uint32_t>(vertices.size()));
+  }
+  return make_cluster_bounds(motion, {first, vertices}, config);
+}
+
 }  // namespace
 
 SvoMotion make_svo_motion(const Svo& svo) {
   SvoMotion out;
   out.svo = &svo;
   out.sizes.resize(svo.morph_targets);
+  out.upper_nodes = svo.first_block_node();
   const CornerVertices corners = decode(svo);
+  const Motion motion = motion_of(svo, corners);
   const NodeBlocks blocks = blocks_of_nodes(svo);
-  std::vector<uint32_t> first{0}, vertices;
-  for (size_t n = 0; n < blocks.first.size(); ++n) {
-    const uint32_t begin = svo.blocks[blocks.first[n]].first_corner;
-    const uint32_t end = svo.blocks[blocks.end[n]].first_corner;
-    for (uint32_t corner = begin; corner < end; ++corner) vertices.push_back(corner);
-    first.push_back(static_cast<uint32_t>(vertices.size()));
-  }
-  out.bounds = make_cluster_bounds(motion_of(svo, corners), {first, vertices});
+  out.upper = bounds_of(svo, motion, blocks, 0, out.upper_nodes, {.most_pieces = 1});
+  out.blocks = bounds_of(svo, motion, blocks, out.upper_nodes, blocks.first.size(), {});
   return out;
 }
 

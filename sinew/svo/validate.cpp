@@ -39,10 +39,23 @@ std::string problem_of_grid(const Svo& svo) {
   return {};
 }
 
-std::string problem_of_level(const SvoLevel& level, size_t size, bool spreads, const char* name) {
-  if (level.normals.size() != size || level.colors.size() != size ||
-      level.spreads.size() != (spreads ? size : 0)) {
+std::string problem_of_level(const SvoLevel& level, size_t size, const char* name) {
+  if (level.normals.size() != size || level.colors.size() != size || level.spreads.size() != size) {
     return std::string(name) + ": the count of attributes is not that of what they belong to";
+  }
+  return {};
+}
+
+std::string problem_of_voxels(const Svo& svo, size_t voxels) {
+  if (svo.normals.size() != voxels) return "voxels: one normal each";
+  if (!svo.colors.empty()) {
+    const bool alone = svo.color_ends.empty() && svo.color_selectors.empty();
+    return svo.colors.size() == voxels && alone ? "" : "voxels: one colour each";
+  }
+  if (svo.color_ends.size() != svo.bricks.size()) return "bricks: two ends of colours each";
+  if (svo.color_selectors.size() != (voxels + 15) / 16) return "voxels: two bits of colour each";
+  if (voxels % 16 != 0 && svo.color_selectors.back() >> (2 * (voxels % 16)) != 0) {
+    return "voxels: bits of colour behind the last";
   }
   return {};
 }
@@ -55,20 +68,18 @@ std::string problem_of_sizes(const Svo& svo) {
   if (none && !svo.nodes.empty()) return "nodes: no blocks";
   const SvoBlock first = none ? SvoBlock{} : svo.blocks.front();
   if ((first.first_cell | first.first_corner | first.first_brick | first.first_joint |
-       first.first_target | first.first_voxel[0] | first.first_voxel[1] | first.first_voxel[2]) !=
-      0) {
+       first.first_target | first.first_voxel) != 0) {
     return "blocks: the first does not begin at 0";
   }
   if (svo.cells.size() != end.first_cell) return "cells: their count is not the blocks'";
   if (svo.bricks.size() != end.first_brick) return "bricks: their count is not the blocks'";
-  for (int i = 0; i < 3; ++i) {
-    const char* const names[3] = {"level 0", "level 1", "level 2"};
-    std::string problem = problem_of_level(svo.levels[i], end.first_voxel[i], i > 0, names[i]);
-    if (!problem.empty()) return problem;
-  }
-  std::string problem = problem_of_level(svo.cell_level, svo.cells.size(), true, "cell level");
+  std::string problem = problem_of_voxels(svo, end.first_voxel);
   if (!problem.empty()) return problem;
-  problem = problem_of_level(svo.node_level, svo.nodes.size(), true, "node level");
+  problem = problem_of_level(svo.brick_level, svo.bricks.size(), "brick level");
+  if (!problem.empty()) return problem;
+  problem = problem_of_level(svo.cell_level, svo.cells.size(), "cell level");
+  if (!problem.empty()) return problem;
+  problem = problem_of_level(svo.node_level, svo.nodes.size(), "node level");
   if (!problem.empty()) return problem;
   const size_t corners = end.first_corner, skinned = svo.joints > 0 ? corners : 0;
   if (svo.corner_places.size() != corners || svo.corner_joints.size() != skinned ||
@@ -87,12 +98,9 @@ std::string problem_of_block(const Svo& svo, size_t b) {
   const SvoBlock &block = svo.blocks[b], &next = svo.blocks[b + 1];
   if (block.reserved != 0) return at("block", b, "reserved bits");
   if (next.first_cell <= block.first_cell || next.first_corner <= block.first_corner ||
-      next.first_brick <= block.first_brick || next.first_joint < block.first_joint ||
-      next.first_target < block.first_target) {
+      next.first_brick <= block.first_brick || next.first_voxel <= block.first_voxel ||
+      next.first_joint < block.first_joint || next.first_target < block.first_target) {
     return at("block", b, "empty, or begins after its end");
-  }
-  for (int i = 0; i < 3; ++i) {
-    if (next.first_voxel[i] <= block.first_voxel[i]) return at("block", b, "without voxels");
   }
   const uint32_t blocks = (1u << svo.root_level) / kBlockSide;
   if (block.x >= blocks || block.y >= blocks || block.z >= blocks) {
@@ -109,21 +117,10 @@ std::string problem_of_block(const Svo& svo, size_t b) {
   return {};
 }
 
-// The level 1 bits of the voxels of a brick, as SvoCell::coarse has them.
-uint64_t coarse_of(uint32_t brick, uint64_t mask) {
-  uint64_t coarse = 0;
-  for (uint32_t i = 0; i < 8; ++i) {
-    const uint32_t x = i & 1, y = i >> 1 & 1, z = i >> 2;
-    const uint64_t eight = uint64_t{0x330033} << (2 * x + 8 * y + 32 * z);
-    if (mask & eight) coarse |= uint64_t{1} << (x + 4 * y + 16 * z);
-  }
-  return coarse << (2 * (brick & 1) + 8 * (brick >> 1 & 1) + 32 * (brick >> 2));
-}
-
 // Where the next cell of a block must begin.
 struct CellCursor {
   uint32_t brick = 0;
-  uint32_t voxel[3] = {};
+  uint32_t voxel = 0;
 };
 
 bool in_grid(const Svo& svo, const SvoBlock& block, const SvoCell& cell, uint32_t brick,
@@ -146,7 +143,7 @@ std::string problem_of_cell(const Svo& svo, const SvoBlock& block, const SvoBloc
       return at("cell", c, "a corner of another place");
     }
   }
-  if (cell.first_brick != cursor.brick || !std::ranges::equal(cell.first_voxel, cursor.voxel)) {
+  if (cell.first_brick != cursor.brick || cell.first_voxel != cursor.voxel) {
     return at("cell", c, "does not begin where the one before ends");
   }
   const uint32_t bricks = static_cast<uint32_t>(std::popcount(cell.bricks));
@@ -154,21 +151,16 @@ std::string problem_of_cell(const Svo& svo, const SvoBlock& block, const SvoBloc
     return at("cell", c, "no bricks, or too many");
   }
   const uint64_t* mask = &svo.bricks[block.first_brick + cell.first_brick];
-  uint64_t coarse = 0;
   uint32_t voxels = 0;
   for (uint32_t brick = 0; brick < 8; ++brick) {
     if (!(cell.bricks >> brick & 1)) continue;
     if (*mask == 0) return at("cell", c, "an empty brick");
     if (!in_grid(svo, block, cell, brick, *mask)) return at("cell", c, "outside of the grid");
-    coarse |= coarse_of(brick, *mask);
     voxels += static_cast<uint32_t>(std::popcount(*mask++));
   }
-  if (coarse != cell.coarse) return at("cell", c, "level 1 is not that of the voxels");
   if (voxels != cell.voxels) return at("cell", c, "the count of voxels");
   cursor.brick += bricks;
-  cursor.voxel[0] += voxels;
-  cursor.voxel[1] += static_cast<uint32_t>(std::popcount(coarse));
-  cursor.voxel[2] += bricks;
+  cursor.voxel += voxels;
   return {};
 }
 
@@ -194,10 +186,8 @@ std::string problem_of_cells(const Svo& svo, size_t b) {
     std::string problem = problem_of_cell(svo, block, next, c, cursor);
     if (!problem.empty()) return problem;
   }
-  bool ends = cursor.brick == next.first_brick - block.first_brick;
-  for (int i = 0; i < 3; ++i) {
-    ends = ends && cursor.voxel[i] == next.first_voxel[i] - block.first_voxel[i];
-  }
+  const bool ends = cursor.brick == next.first_brick - block.first_brick &&
+                    cursor.voxel == next.first_voxel - block.first_voxel;
   return ends ? std::string() : at("block", b, "its cells do not fill it");
 }
 

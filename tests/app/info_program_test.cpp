@@ -3,6 +3,9 @@
 #include <nlohmann/json.hpp>
 
 #include "app/program.h"
+#include "io/vox_builder.h"
+#include "sinew/io/load.h"
+#include "sinew/io/svo/svo.h"
 #include "sinew/scene/study.h"
 #include "test_data.h"
 
@@ -47,6 +50,33 @@ TEST(Info, SaysWhatAStudySceneHolds) {
   EXPECT_EQ(json["frames"], 280);
   EXPECT_EQ(json["cameras"].size(), 1u);
   EXPECT_EQ(json["lights"].size(), 2u);
+}
+
+TEST(Info, CountsVoxels) {
+  TemporaryFolder folder;
+  const std::string vox =
+      folder.write("a.vox", test::vox_file(test::vox_model(4, 4, 9, {{0, 0, 0, 1}, {3, 3, 8, 2}})));
+  const auto json = info_json(vox);
+  EXPECT_EQ(json["voxels"], 2);
+  EXPECT_EQ(json["triangles"], 0);
+  EXPECT_EQ(json["objects"], 0);
+  EXPECT_EQ(json["voxel_objects"], 1);
+  ASSERT_EQ(json["octrees"].size(), 1u);
+  EXPECT_EQ(json["octrees"][0]["voxels"], 2);
+  EXPECT_EQ(json["octrees"][0]["levels"], 7);
+  EXPECT_EQ(json["octrees"][0]["resolution"], nlohmann::json({4, 9, 4}));
+  EXPECT_GT(json["octrees"][0]["bytes_by_part"]["topology"], 0);
+  EXPECT_TRUE(json["svo_file"].empty());
+  EXPECT_NEAR(json["bounds"]["max"][1].get<double>(), 0.9, 1e-5);
+
+  ASSERT_TRUE(save_svo(*load(vox), folder.path("a.svo")));
+  const auto svo = info_json(folder.path("a.svo"));
+  EXPECT_EQ(svo["voxels"], 2);
+  uint64_t sum = 0;
+  for (const auto& part : svo["svo_file"]) sum += part.get<uint64_t>();
+  EXPECT_EQ(sum, std::filesystem::file_size(folder.path("a.svo")));
+  const Outcome text = run_sinew({"info", folder.path("a.svo")});
+  EXPECT_NE(text.out.find("in the file"), std::string::npos) << text.out;
 }
 
 TEST(Info, ListsStudyScenes) {

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include "app/program.h"
+#include "io/vox_builder.h"
 #include "sinew/io/load.h"
+#include "sinew/scene/sample.h"
 
 namespace sinew {
 namespace {
@@ -38,6 +40,26 @@ TEST(SceneProgram, NamesEveryFileAndWarnsOfCaches) {
   const Result<Scene> scene = load(path);
   ASSERT_TRUE(scene) << scene.error().message();
   EXPECT_EQ(scene->meshes.at(0).keys, 46u);  // 11.2 s; the last lies behind them
+}
+
+TEST(SceneProgram, WritesVoxelsAsSvoAndVox) {
+  TemporaryFolder folder;
+  const std::string vox = folder.write(
+      "a.vox", test::vox_file(test::vox_model(4, 3, 2, {{0, 0, 0, 1}, {3, 2, 1, 200}})));
+  const std::string svo = folder.path("a.svo"), again = folder.path("b.vox");
+  const Outcome to_svo = run_sinew({"scene", vox, "-o", svo});
+  ASSERT_EQ(to_svo.exit_code, 0) << to_svo.err;
+  expect_contains(to_svo.out, "voxels 2\n");
+  const Outcome to_vox = run_sinew({"scene", svo, "-o", again});
+  ASSERT_EQ(to_vox.exit_code, 0) << to_vox.err;
+  EXPECT_EQ(to_vox.err, "");
+  expect_contains(to_vox.out, "voxels 2, models 1, colours 2\n");
+  const Result<Scene> scene = load(again);
+  ASSERT_TRUE(scene) << scene.error().message();
+  const Box before = animation_bounds(*load(vox), kRestPose, 1);
+  const Box after = animation_bounds(*scene, kRestPose, 1);
+  EXPECT_LT(length(before.min - after.min) + length(before.max - after.max), 1e-5f);
+  EXPECT_EQ(run_sinew({"scene", folder.write("a.obj", small_obj()), "-o", svo}).exit_code, 3);
 }
 
 TEST(SceneProgram, WritesToStandardOutput) {

@@ -57,9 +57,9 @@ TEST(SvoFile, PartsSumToTheWhole) {
   const Result<EncodedSvo> result = encode_svo(svo, kEffort);
   ASSERT_TRUE(result);
   for (const SvoFileParts& parts : {result->parts, *parts_of_svo(result->bytes, kLimit)}) {
-    EXPECT_EQ(parts.tables + parts.topology + parts.normals + parts.colors + parts.levels +
-                  parts.lattice,
-              result->bytes.size());
+    EXPECT_EQ(
+        parts.tables + parts.topology + parts.normals + parts.colors + parts.levels + parts.lattice,
+        result->bytes.size());
     EXPECT_GT(parts.lattice, 0u);
   }
 }
@@ -68,7 +68,7 @@ TEST(SvoFile, PartsSumToTheWhole) {
 TEST(SvoFile, LevelsAreLeftOutOnlyIfTheyFollow) {
   Svo svo = test::plain_octree(100, 3000, 1, 9);
   EXPECT_EQ(encode_svo(svo, kEffort)->parts.levels, 0u);
-  svo.levels[2].spreads[5] ^= 1;
+  svo.brick_level.spreads[5] ^= 1;
   svo.cell_level.colors[2] ^= 0x8000;
   const Result<EncodedSvo> result = encode_svo(svo, kEffort);
   ASSERT_TRUE(result);
@@ -89,14 +89,15 @@ TEST(SvoFile, BlocksAreReadAlone) {
   const uint32_t block = 3;
   Svo part = index->svo;
   ASSERT_TRUE(decode_svo_page(*index, bytes, block, part));
+  fill_levels(*index, block, part);
   for (uint32_t c = svo.blocks[block].first_cell; c < svo.blocks[block + 1].first_cell; ++c) {
     EXPECT_EQ(std::memcmp(&part.cells[c], &svo.cells[c], sizeof(SvoCell)), 0);
     EXPECT_EQ(part.cell_level.colors[c], svo.cell_level.colors[c]);
   }
-  for (uint32_t v = svo.blocks[block].first_voxel[0]; v < svo.blocks[block + 1].first_voxel[0];
-       ++v) {
-    EXPECT_EQ(part.levels[0].normals[v], svo.levels[0].normals[v]);
-    EXPECT_EQ(part.levels[0].colors[v], svo.levels[0].colors[v]);
+  for (uint32_t v = svo.blocks[block].first_voxel; v < svo.blocks[block + 1].first_voxel; ++v) {
+    EXPECT_EQ(part.normals[v], svo.normals[v]);
+    EXPECT_EQ(part.color_selectors[v / 16] >> (2 * (v % 16)) & 3,
+              svo.color_selectors[v / 16] >> (2 * (v % 16)) & 3);
   }
   EXPECT_EQ(part.cells[svo.blocks[block + 1].first_cell].voxels, 0);  // not read
 }
@@ -154,7 +155,8 @@ TEST(SvoFile, PatchedPartsAreRefusedOrValid) {
     test::UnsealedSvo parts = whole;
     for (uint32_t patches = 1 + random.next() % 3; patches > 0; --patches) {
       const bool in_head = random.next() % 2 == 0;
-      std::vector<uint8_t>& bytes = in_head ? parts.head : parts.pages[random.next() % parts.pages.size()];
+      std::vector<uint8_t>& bytes =
+          in_head ? parts.head : parts.pages[random.next() % parts.pages.size()];
       if (in_head && random.next() % 2 == 0) {
         bytes[random.next() % 100] = static_cast<uint8_t>(random.next() >> 24);
       } else {
@@ -177,8 +179,8 @@ TEST(SvoFile, PatchedPartsAreRefusedOrValid) {
 TEST(SvoFile, SizesWithoutBytes) {
   test::UnsealedSvo parts = test::unseal(encoded(test::plain_octree(20, 200, 1, 2)));
   ASSERT_EQ(parts.pages.size(), 1u);
-  // The counts of the one block stand last: 8 numbers of 4 bytes.
-  const size_t counts = parts.head.size() - 32;
+  // The counts of the one block stand last: 6 numbers of 4 bytes.
+  const size_t counts = parts.head.size() - 24;
   parts.head[counts + 3] = 0x3f;  // 10^9 cells
   const Result<Svo> result = decode_svo(test::seal(parts), UINT64_MAX);
   ASSERT_FALSE(result);

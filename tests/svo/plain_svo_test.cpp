@@ -64,14 +64,21 @@ TEST(PlainSvo, MeansOfAttributes) {
   const Svo svo = *make_svo(grid_of(8), voxels);
   EXPECT_EQ(validate(svo), "");
   ASSERT_EQ(svo.cells.size(), 1u);
-  EXPECT_EQ(svo.cells[0].coarse, 0b101u);
+  EXPECT_EQ(coarse_voxels(svo.cells[0], svo.bricks.data()), 0b101u);
   EXPECT_EQ(svo.cells[0].bricks, 0b11u);
-  EXPECT_EQ(svo.levels[1].normals[0], pack_normal(vec3(1, 1, 0)));
-  EXPECT_EQ(svo.levels[1].spreads[0], 180);  // sqrt(1/2) * 255
-  EXPECT_EQ(svo.levels[1].colors[0], pack_color(vec3(0.5f, 0.5f, 0)));
-  EXPECT_EQ(svo.levels[1].normals[1], x);
-  EXPECT_EQ(svo.levels[1].spreads[1], 255);
-  EXPECT_EQ(svo.levels[2].normals.size(), 2u);
+  const auto look = [&](VoxelCode code) {
+    return voxel_attributes(svo, svo.blocks[0], svo.cells[0], code);
+  };
+  EXPECT_NEAR(look(512).spread, std::sqrt(0.5f), 1e-5f);
+  EXPECT_NEAR(dot(look(512).normal, normalize(vec3(1, 1, 0))), 1.0f, 1e-5f);
+  EXPECT_NEAR(length(look(512).color - vec3(0.5f, 0.5f, 0.0f)), 0.0f, 1e-5f);
+  EXPECT_EQ(look(514).normal, vec3(1, 0, 0));
+  EXPECT_EQ(look(514).spread, 1.0f);
+  EXPECT_EQ(look(64).color, vec3(1, 0, 0));
+  EXPECT_EQ(svo.brick_level.normals[0], pack_normal(vec3(1, 1, 0)));
+  EXPECT_EQ(svo.brick_level.spreads[0], 180);  // sqrt(1/2) * 255
+  EXPECT_EQ(look(576).spread, 180.0f / 255.0f);
+  EXPECT_EQ(look(577).normal, vec3(1, 0, 0));
   EXPECT_EQ(svo.cell_level.normals[0], pack_normal(vec3(2, 1, 0)));
   EXPECT_EQ(svo.cell_level.spreads[0], 190);  // sqrt(5) / 3 * 255
   EXPECT_EQ(svo.cell_level.colors[0], pack_color(vec3(2.0f / 3.0f, 1.0f / 3.0f, 0)));
@@ -83,18 +90,17 @@ TEST(PlainSvo, MeansOfAttributes) {
 TEST(PlainSvo, LevelsCanBeFilteredAgain) {
   const Svo svo = *make_svo(grid_of(200), test::random_voxels(200, 50000, 2, 5));
   Svo again = svo;
-  for (SvoLevel* level : {&again.levels[1], &again.levels[2], &again.cell_level}) {
+  for (SvoLevel* level : {&again.brick_level, &again.cell_level}) {
     std::ranges::fill(level->normals, uint16_t{0});
     std::ranges::fill(level->colors, uint16_t{0});
     std::ranges::fill(level->spreads, uint8_t{0});
   }
   for (uint32_t b = 0; b < svo.block_count(); ++b) filter_levels(again, b);
-  for (int level = 1; level < 3; ++level) {
-    EXPECT_EQ(again.levels[level].normals, svo.levels[level].normals);
-    EXPECT_EQ(again.levels[level].colors, svo.levels[level].colors);
-    EXPECT_EQ(again.levels[level].spreads, svo.levels[level].spreads);
-  }
+  EXPECT_EQ(again.brick_level.normals, svo.brick_level.normals);
+  EXPECT_EQ(again.brick_level.colors, svo.brick_level.colors);
+  EXPECT_EQ(again.brick_level.spreads, svo.brick_level.spreads);
   EXPECT_EQ(again.cell_level.normals, svo.cell_level.normals);
+  EXPECT_EQ(again.cell_level.colors, svo.cell_level.colors);
   EXPECT_EQ(again.cell_level.spreads, svo.cell_level.spreads);
 }
 

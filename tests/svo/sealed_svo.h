@@ -18,7 +18,7 @@ struct UnsealedSvo {
   std::vector<std::vector<uint8_t>> pages;
 };
 
-inline constexpr size_t kSealPerPage = 4 + 8;
+inline constexpr size_t kSealPerPage = 4 + 4 + 8;
 
 template <class T>
 void put(std::vector<uint8_t>& out, T value) {
@@ -36,14 +36,16 @@ void put_planes(std::vector<uint8_t>& out, const std::vector<T>& values) {
 
 inline std::vector<uint8_t> seal(const UnsealedSvo& parts) {
   std::vector<uint8_t> pages, head = parts.head;
-  std::vector<uint32_t> sizes;
+  std::vector<uint32_t> unpacked_sizes, sizes;
   std::vector<uint64_t> sums;
   for (const std::vector<uint8_t>& page : parts.pages) {
     const std::vector<uint8_t> packed = pack(page, {}, 1).bytes;
+    unpacked_sizes.push_back(static_cast<uint32_t>(page.size()));
     sizes.push_back(static_cast<uint32_t>(packed.size()));
     sums.push_back(checksum(packed));
     pages.insert(pages.end(), packed.begin(), packed.end());
   }
+  put_planes(head, unpacked_sizes);
   put_planes(head, sizes);
   put_planes(head, sums);
   const std::vector<uint8_t> packed = pack(head, {}, 1).bytes;

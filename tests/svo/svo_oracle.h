@@ -38,9 +38,9 @@ inline std::vector<ReadVoxel> read_voxels(const Svo& svo) {
         for (uint32_t bit = 0; bit < 64; ++bit) {
           if (!(svo.bricks[brick] >> bit & 1)) continue;
           const VoxelCode code = 64 * i + bit;
-          const uint32_t at = voxel_index(svo, block, cell, code);
+          const VoxelIndex at = voxel_index(svo, block, cell, code);
           out.push_back({cell_min(block, cell) + place_of(code).min, c, b, code,
-                         svo.levels[0].normals[at], svo.levels[0].colors[at], cell.material});
+                         svo.normals[at.voxel], pack_color(voxel_color(svo, at)), cell.material});
         }
         ++brick;
       }

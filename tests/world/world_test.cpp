@@ -4,6 +4,7 @@
 
 #include "oracle.h"
 #include "shapes.h"
+#include "svo/test_octrees.h"
 
 namespace sinew {
 namespace {
@@ -225,6 +226,30 @@ TEST(World, ATriangleIsHitThroughATinyInstanceFarAway) {
     missed += !world.any_hit({.origin = vec3(1e4f, -1e4f, 1e4f), .direction = random.direction()});
   }
   EXPECT_EQ(missed, 0);
+}
+
+// Voxels are not the World's; a scene of nothing else makes a world that nothing hits.
+TEST(World, ScenesWithoutTrianglesAreEmptyWorlds) {
+  Scene scene;
+  scene.materials.resize(1);
+  scene.octrees = {test::plain_octree(20, 100, 1, 2)};
+  scene.nodes.resize(1);
+  scene.nodes[0].octree = 0;
+  scene.clips = {
+      {"move",
+       0.0,
+       1.0,
+       {{0, ChannelPath::translation, Interpolation::linear, 3, {0, 1}, {0, 0, 0, 1, 0, 0}}}}};
+  list_objects(scene);
+  Result<World> world = prepare(scene);
+  ASSERT_TRUE(world) << world.error().message();
+  ASSERT_TRUE(world->set_time(0.5));
+  EXPECT_EQ(world->validate(), "");
+  ASSERT_EQ(world->pose().voxels.size(), 1u);
+  EXPECT_EQ(world->pose().voxels[0].placement[3].x, 0.5f);
+  const Box box = animation_bounds(scene, 0, 2);
+  EXPECT_FALSE(
+      world->closest_hit({.origin = box.center() - vec3(0, 0, 99), .direction = vec3(0, 0, 1)}));
 }
 
 }  // namespace

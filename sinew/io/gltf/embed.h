@@ -1,6 +1,6 @@
-// The scene around octrees as a GLB in memory, for files that hold the octrees themselves: glTF, but
-// for nodes whose extras name an octree by its index ("sinew_octree"), and which may have a skin and
-// morph weights like those with a mesh.
+// The scene around octrees as a GLB in memory, for files that hold the octrees themselves: glTF,
+// but for nodes whose extras name an octree by its index ("sinew_octree"), and which may have a
+// skin and morph weights like those with a mesh.
 #pragma once
 
 #include <cstdint>

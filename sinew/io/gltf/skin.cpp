@@ -73,9 +73,7 @@ class JointLimits {
   }
 
  private:
-  const Mesh& mesh(const Node& node) const {
-    return scene_.meshes[static_cast<size_t>(node.mesh)];
-  }
+  const Mesh& mesh(const Node& node) const { return scene_.meshes[static_cast<size_t>(node.mesh)]; }
   const Svo& octree(const Node& node) const {
     return scene_.octrees[static_cast<size_t>(node.octree)];
   }

@@ -171,7 +171,8 @@ void NodeWriter::add_contents(const Node& node, const SceneObject* object, JsonO
 
 void NodeWriter::add_octree(const Node& node, JsonOut& out) {
   out["extras"][kOctreeExtra] = node.octree;
-  const bool skinned = node.skin >= 0 && scene_.octrees[static_cast<size_t>(node.octree)].joints > 0;
+  const bool skinned =
+      node.skin >= 0 && scene_.octrees[static_cast<size_t>(node.octree)].joints > 0;
   if (skinned) out["skin"] = json_skin_[static_cast<size_t>(node.skin)];
   for (const float weight : node.weights) out["weights"].push_back(double{weight});
 }

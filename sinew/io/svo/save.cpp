@@ -89,8 +89,10 @@ Scene scene_around(const Scene& scene, std::vector<std::string>& warnings) {
     if (shown[i]) result.meshes[i] = scene.meshes[i];
   }
   result.materials = scene.materials;
-  if (!scene.objects.empty()) result.images = scene.images;
-  else result.images.resize(scene.images.size());
+  if (!scene.objects.empty())
+    result.images = scene.images;
+  else
+    result.images.resize(scene.images.size());
   result.nodes = scene.nodes;
   result.skins = scene.skins;
   result.cameras = scene.cameras;

@@ -221,7 +221,8 @@ Result<void> Parser::read_material(Bytes& content) {
     material.emission = weight;
     get_number(values, "_emit", material.emission);
     get_number(values, "_flux", power);
-    material.emission = std::max(material.emission, 0.0f) * std::pow(10.0f, std::clamp(power, 0.0f, 4.0f));
+    material.emission =
+        std::max(material.emission, 0.0f) * std::pow(10.0f, std::clamp(power, 0.0f, 4.0f));
   } else if (type == "_glass") {
     material.glass = true;
   }

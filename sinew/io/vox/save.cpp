@@ -380,35 +380,4 @@ Result<void> check_save_vox(const std::string& path) {
   return check_writable(path);
 }
 
-std::vector<PlainVoxel> plain_voxels(const Svo& svo) {
-  std::vector<PlainVoxel> voxels;
-  voxels.reserve(svo.voxel_count());
-  for (uint32_t b = 0; b < svo.block_count(); ++b) {
-    const SvoBlock& block = svo.blocks[b];
-    const uvec3 base = kBlockSide * uvec3(block.x, block.y, block.z);
-    size_t next = block.first_voxel[0];
-    for (uint32_t c = block.first_cell; c < svo.blocks[b + 1].first_cell; ++c) {
-      const SvoCell& cell = svo.cells[c];
-      const uvec3 corner =
-          base + kCellSide * uvec3(cell.place & 7, cell.place >> 3 & 7, cell.place >> 6);
-      const uint64_t* brick = &svo.bricks[block.first_brick + cell.first_brick];
-      for (uint32_t slots = cell.bricks; slots != 0; slots &= slots - 1) {
-        const auto slot = static_cast<uint32_t>(std::countr_zero(slots));
-        for (uint64_t bits = *brick++; bits != 0; bits &= bits - 1) {
-          const VoxelCode code = 64 * slot + static_cast<uint32_t>(std::countr_zero(bits));
-          voxels.push_back({morton_of(corner + place_of(code).min), svo.levels[0].normals[next],
-                            svo.levels[0].colors[next], cell.material});
-          ++next;
-        }
-      }
-    }
-  }
-  std::ranges::stable_sort(voxels, {}, &PlainVoxel::voxel);
-  const auto same_place = [](const PlainVoxel& a, const PlainVoxel& b) {
-    return a.voxel == b.voxel;
-  };
-  voxels.erase(std::unique(voxels.begin(), voxels.end(), same_place), voxels.end());
-  return voxels;
-}
-
 }  // namespace sinew

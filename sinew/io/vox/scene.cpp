@@ -54,9 +54,9 @@ class SceneMaker {
   Scene scene_;
   Clip clip_;
   int32_t last_frame_ = 0;
-  std::array<uint16_t, 256> material_{};   // of each colour
-  std::array<uint16_t, 256> color_{};      // packed
-  std::vector<int32_t> octree_of_model_;   // -1: it has no voxels
+  std::array<uint16_t, 256> material_{};  // of each colour
+  std::array<uint16_t, 256> color_{};     // packed
+  std::vector<int32_t> octree_of_model_;  // -1: it has no voxels
 };
 
 Result<void> SceneMaker::take(uint64_t bytes) {
@@ -113,14 +113,13 @@ Result<Svo> SceneMaker::make_octree(const Model& model) {
   voxels.reserve(model.voxels.size());
   for (const Voxel& v : model.voxels) {
     if (v.color == 0) continue;
-    voxels.push_back({morton_of(uvec3(v.x, v.z, size.y - 1 - v.y)), 0, color_[v.color],
-                      material_[v.color]});
+    voxels.push_back(
+        {morton_of(uvec3(v.x, v.z, size.y - 1 - v.y)), 0, color_[v.color], material_[v.color]});
   }
   // Of several voxels at one place the last counts.
   std::ranges::stable_sort(voxels, {}, &PlainVoxel::voxel);
-  const auto last = std::unique(voxels.rbegin(), voxels.rend(), [](const auto& a, const auto& b) {
-    return a.voxel == b.voxel;
-  });
+  const auto last = std::unique(voxels.rbegin(), voxels.rend(),
+                                [](const auto& a, const auto& b) { return a.voxel == b.voxel; });
   voxels.erase(voxels.begin(), last.base());
   set_normals(grid.resolution, voxels);
   return make_svo(grid, voxels);
@@ -131,7 +130,8 @@ Result<void> SceneMaker::make_octrees() {
   for (size_t i = 0; i < file_.models.size(); ++i) {
     const Model& model = file_.models[i];
     octree_of_model_.push_back(-1);
-    const bool empty = std::ranges::all_of(model.voxels, [](const Voxel& v) { return v.color == 0; });
+    const bool empty =
+        std::ranges::all_of(model.voxels, [](const Voxel& v) { return v.color == 0; });
     if (empty) continue;
     SINEW_CHECKED(take(kBytesPerVoxel * model.voxels.size() + sizeof(Svo)));
     Result<Svo> octree = make_octree(model);
@@ -176,8 +176,8 @@ void SceneMaker::animate(const std::vector<TransformKey>& keys, uint32_t node) {
   last_frame_ = std::max(last_frame_, keys.back().frame);
   const auto mirrored = [](const TransformKey& key) { return placed(key).mirrored; };
   if (std::ranges::any_of(keys, mirrored)) {
-    scene_.warnings.push_back(
-        fmt::format("node '{}': is mirrored and moves; left where it begins", scene_.nodes[node].name));
+    scene_.warnings.push_back(fmt::format("node '{}': is mirrored and moves; left where it begins",
+                                          scene_.nodes[node].name));
     return;
   }
   const bool turns = std::ranges::any_of(
@@ -209,8 +209,8 @@ uint32_t SceneMaker::add_transform(const VoxNode* transform, int32_t parent) {
     node.translation = place.translation;
     if (place.mirrored) {
       node.has_matrix = true;
-      node.matrix = Affine(place.rotation[0], place.rotation[1], place.rotation[2],
-                           place.translation);
+      node.matrix =
+          Affine(place.rotation[0], place.rotation[1], place.rotation[2], place.translation);
     } else {
       node.rotation = glm::quat_cast(place.rotation);
     }
@@ -221,8 +221,7 @@ uint32_t SceneMaker::add_transform(const VoxNode* transform, int32_t parent) {
 }
 
 // Shown (true) or hidden from a frame on.
-void SceneMaker::add_key_channel(uint32_t node,
-                                 const std::vector<std::pair<int32_t, bool>>& keys) {
+void SceneMaker::add_key_channel(uint32_t node, const std::vector<std::pair<int32_t, bool>>& keys) {
   Channel& channel = add_channel(node, ChannelPath::visibility, 1);
   for (const auto& [frame, shown] : keys) {
     channel.times.push_back(seconds(frame));

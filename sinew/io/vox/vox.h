@@ -1,5 +1,6 @@
-// MagicaVoxel's .vox files, versions 150 and 200. Based on: ephtracy, "MagicaVoxel .vox File Format"
-// and its extension for scene graphs, materials and animation (github.com/ephtracy/voxel-model).
+// MagicaVoxel's .vox files, versions 150 and 200. Based on: ephtracy, "MagicaVoxel .vox File
+// Format" and its extension for scene graphs, materials and animation
+// (github.com/ephtracy/voxel-model).
 #pragma once
 
 #include <cstdint>
@@ -38,10 +39,10 @@ struct VoxObject {
 struct SavedVox {
   std::string path;
   uint64_t bytes = 0;
-  uint64_t voxels = 0;   // over all frames
-  uint32_t models = 0;   // after cutting into pieces of at most 256^3
-  uint32_t frames = 0;   // 1: nothing moves
-  uint32_t colors = 0;   // in the palette
+  uint64_t voxels = 0;  // over all frames
+  uint32_t models = 0;  // after cutting into pieces of at most 256^3
+  uint32_t frames = 0;  // 1: nothing moves
+  uint32_t colors = 0;  // in the palette
   std::vector<std::string> warnings;
 };
 
@@ -55,5 +56,9 @@ Result<void> check_save_vox(const std::string& path);
 
 // The voxels of an octree at rest, sorted: of copies of one place, the first.
 std::vector<PlainVoxel> plain_voxels(const Svo& svo);
+
+// The voxel objects that the scene shows at rest, one frame each. What that leaves out goes to
+// `warnings`.
+std::vector<VoxObject> vox_objects(const Scene& scene, std::vector<std::string>& warnings);
 
 }  // namespace sinew

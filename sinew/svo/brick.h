@@ -1,0 +1,40 @@
+// Small arithmetic of one brick: its level 1, and its colours.
+#pragma once
+
+#include "sinew/svo/format.h"
+
+namespace sinew {
+
+// The level 1 bits of a brick with these voxels: bit x + 4 y + 16 z, 0 or 1 each.
+inline uint64_t coarse_of_brick(uint64_t voxels) {
+  // Each 2^3 voxels are gathered in the first of them: bits 0, 2, 8, 10, and those 32 above.
+  voxels |= voxels >> 1;
+  voxels |= voxels >> 4;
+  voxels |= voxels >> 16;
+  const uint64_t low = (voxels & 1) | (voxels >> 1 & 2) | (voxels >> 4 & 16) | (voxels >> 5 & 32);
+  const uint64_t rows = voxels >> 32;
+  const uint64_t high = (rows & 1) | (rows >> 1 & 2) | (rows >> 4 & 16) | (rows >> 5 & 32);
+  return low | high << 16;
+}
+inline uint32_t coarse_shift(uint32_t brick) {
+  return 2 * (brick & 1) + 8 * (brick >> 1 & 1) + 32 * (brick >> 2);
+}
+
+// Square roots of a packed colour's linear values.
+inline vec3 color_root(uint16_t packed) {
+  return vec3(static_cast<float>(packed >> 11) * (1.0f / 31.0f),
+              static_cast<float>(packed >> 5 & 63) * (1.0f / 63.0f),
+              static_cast<float>(packed & 31) * (1.0f / 31.0f));
+}
+
+// Linear.
+inline vec3 selected_color(SvoColorEnds ends, uint32_t selector) {
+  const vec3 a = color_root(ends.a), b = color_root(ends.b);
+  const vec3 root = a + (static_cast<float>(selector) * (1.0f / 3.0f)) * (b - a);
+  return root * root;
+}
+
+// Ends for the packed colours of a brick's voxels, 1 to 64, and a selector for each.
+void fit_colors(const uint16_t* colors, uint32_t count, SvoColorEnds& ends, uint8_t* selectors);
+
+}  // namespace sinew
