@@ -31,8 +31,10 @@ std::vector<SvoPart> memory_parts(const Svo& svo) {
           {"blocks", bytes_of(svo.blocks)},
           {"cells", bytes_of(svo.cells)},
           {"bricks", bytes_of(svo.bricks)},
-          {"attributes of voxels", bytes_of(svo.levels[0])},
-          {"attributes of levels 1 and 2", bytes_of(svo.levels[1]) + bytes_of(svo.levels[2])},
+          {"normals of voxels", bytes_of(svo.normals)},
+          {"colours of voxels",
+           bytes_of(svo.colors) + bytes_of(svo.color_ends) + bytes_of(svo.color_selectors)},
+          {"attributes of bricks", bytes_of(svo.brick_level)},
           {"attributes of cells and nodes", bytes_of(svo.cell_level) + bytes_of(svo.node_level)},
           {"places of corners", bytes_of(svo.corner_places)},
           {"skin of corners", bytes_of(svo.corner_joints) + bytes_of(svo.corner_weights) +
@@ -83,7 +85,7 @@ Result<void> measure_bytes(const AsvoBody& body, json& rows) {
   SvoMotion motion = make_svo_motion(svo);
   const uint64_t corners = svo.corner_places.size();
   add_rows(body, "a body's pose",
-           {{"bounds of blocks", motion.bounds.bytes()},
+           {{"bounds of blocks", motion.upper.bytes() + motion.blocks.bytes()},
             {"moved corners", corners * sizeof(vec3)},
             {"their cofactors", corners * sizeof(mat3)}},
            rows);

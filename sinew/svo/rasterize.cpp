@@ -51,7 +51,8 @@ struct RasterScratch {
   Buffer<ClipPoint> points, screen;
   Buffer<RasterCell> cells;
   Buffer<uint32_t> offsets;  // of the entries of each chunk in each tile's list; tile-major
-  Buffer<uint32_t> list, order;
+  Buffer<uint32_t> list, order, units;
+  Buffer<uint8_t> marks;
   std::vector<uint64_t> seen[2];  // before, now
   std::vector<TileCounts> counts;
 };
@@ -158,6 +159,7 @@ void view_node(Frame& frame, uint32_t instance, uint32_t first_block_node, uint3
     scratch.blocks.push_back({.svo = &svo,
                               .instance = instance,
                               .block = n - first_block_node,
+                              .node = n,
                               .first_unit = body.first_unit});
     return;
   }
@@ -281,6 +283,7 @@ void view_blocks(Frame& frame) {
       job.settings = &frame.settings;
       job.width = frame.view.width;
       job.height = frame.view.height;
+      job.node = block.node;
       job.positions = posed.positions.data();
       job.corners = static_cast<uint32_t>(posed.positions.size());
       job.points = scratch.points.data() + block.first_corner;
@@ -311,6 +314,8 @@ void list_cells(Frame& frame) {
   }
   uint32_t* const list = at_least(scratch.list, sum);
   at_least(scratch.order, sum);
+  at_least(scratch.units, sum + frame.tiles());
+  at_least(scratch.marks, sum + frame.tiles());
   // Afterwards each offset is where the next one was: the ends.
   parallel_for(columns, 1, [&](size_t begin, size_t) {
     const uint32_t chunk = static_cast<uint32_t>(begin);
@@ -344,6 +349,8 @@ void draw_tiles(Frame& frame, TileJob shared) {
     const uint32_t first = tile == 0 ? 0 : scratch.offsets[tile * columns - 1];
     job.list = scratch.list.data() + first;
     job.order = scratch.order.data() + first;
+    job.units = scratch.units.data() + first + tile;
+    job.marks = scratch.marks.data() + first + tile;
     job.count = scratch.offsets[(tile + 1) * columns - 1] - first;
     const size_t pixel = size_t{job.y} * shared.stride + job.x;
     if (job.keys != nullptr) job.keys += pixel;

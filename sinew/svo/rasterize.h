@@ -3,8 +3,7 @@
 //   blocks   boxes from the pose alone against the view; what is seen is posed, in parallel
 //   cells    eight corners projected; box, depth, level of detail; listed for the tiles they meet
 //   tiles    one thread owns a tile: cells seen in the last frame are drawn, then the rest is
-//   tested
-//            against the depths that they left, and drawn if it may be seen
+//   tested against the depths that they left, and drawn if it may be seen
 //
 // A drawn voxel covers every pixel whose centre lies in its projected box, so nothing shows through
 // between neighbours, whatever the stretch. The picture is the same for any number of threads, and
@@ -20,10 +19,11 @@
 namespace sinew {
 
 struct RasterSettings {
-  float smallest = 1.0f;  // pixels: the finest level whose deformed voxels are at least as large
-                          // is drawn
-  bool lod = true;        // else always voxels
-  bool occlusion = true;  // two-phase hierarchical z
+  // Pixels: the finest level whose deformed voxels are at least as large is drawn. At 1 the fringe
+  // of a body begins to reach a pixel beyond it, and little time is saved.
+  float smallest = 0.75f;
+  bool lod = true;             // else always voxels
+  bool occlusion = true;       // two-phase hierarchical z
   bool front_to_back = false;  // cells sorted by depth, instead of Morton order (the thesis's)
   float large = 8.0f;          // pixels: voxels above it are drawn as boxes with faces
 };

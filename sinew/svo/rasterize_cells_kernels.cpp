@@ -24,13 +24,27 @@ HWY_INLINE V4 row_of(const vec4& x, const vec4& y, const vec4& depth, int i) {
   return hn::Load(D4(), row);
 }
 
+// A box in x, y (pixels) and depth.
+struct RowBox {
+  V4 low, high;
+
+  // Written out: an implicit constructor would not be compiled for the target.
+  HWY_INLINE RowBox()
+      : low(hn::Set(D4(), __builtin_inff())), high(hn::Set(D4(), -__builtin_inff())) {}
+  void extend(V4 p) {
+    low = hn::Min(low, p);
+    high = hn::Max(high, p);
+  }
+};
+
 // The points, their places on the screen, and how far the terms of their coordinates reach.
-HWY_INLINE void project_corners(const BlockJob& job, float reach[3]) {
+HWY_INLINE RowBox project_corners(const BlockJob& job, float reach[4]) {
   const D4 d;
   const ClipMap& m = *job.map;
   const V4 mx = row_of(m.x, m.y, m.depth, 0), my = row_of(m.x, m.y, m.depth, 1);
   const V4 mz = row_of(m.x, m.y, m.depth, 2), mt = row_of(m.x, m.y, m.depth, 3);
   V4 most = hn::Zero(d);
+  RowBox box;
   for (uint32_t i = 0; i < job.corners; ++i) {
     const vec3 p = job.positions[i];
     const V4 x = hn::Mul(mx, hn::Set(d, p.x)), y = hn::Mul(my, hn::Set(d, p.y));
@@ -45,14 +59,25 @@ HWY_INLINE void project_corners(const BlockJob& job, float reach[3]) {
       screen = hn::IfThenElse(hn::FirstN(d, 2), hn::Div(point, depth), point);
     }
     hn::Store(screen, d, &job.screen[i].x);
+    box.extend(screen);
   }
-  alignas(16) float out[4];
-  hn::Store(most, d, out);
-  for (int i = 0; i < 3; ++i) reach[i] = out[i];
+  hn::StoreU(most, d, reach);
+  return box;
 }
 
 HWY_INLINE V4 length_of(V4 a, V4 b) {
   return hn::Abs(hn::Sub(a, b));
+}
+
+// Rounding of a point between `low` and `high`, and of its sums with whole pixels:
+// gamma ((|X| + |s| |W|) / W + |s|).
+HWY_INLINE V4 pad_of(V4 low, V4 high, bool perspective, V4 reach) {
+  const V4 farthest = hn::Max(hn::Abs(low), hn::Abs(high));
+  V4 terms = reach;
+  if (perspective) {
+    terms = hn::Div(hn::MulAdd(farthest, hn::Broadcast<2>(reach), reach), hn::Broadcast<2>(low));
+  }
+  return hn::Mul(hn::Set(D4(), kRasterGamma), hn::Add(terms, farthest));
 }
 
 // What a cell looks like on the screen, lane 0 for x, 1 for y, 2 for depth.
@@ -85,20 +110,15 @@ HWY_INLINE CellShape shape_of(const ClipPoint* screen, const uint16_t* corner, b
                        hn::Max(length_of(p[2], p[6]), length_of(p[3], p[7])));
   const V4 sum = hn::Mul(hn::Add(hn::Add(x, y), z), hn::Set(d, 1.0f / 16.0f));
   out.half = sum;
-  // Rounding of a point of the cell: (|X| + |s| |W|) gamma / W.
-  const V4 farthest = hn::Max(hn::Abs(out.low), hn::Abs(out.high));
-  out.pad = reach;
   if (perspective) {
     const V4 inverse = hn::Div(hn::Set(d, 1.0f), hn::Broadcast<2>(out.low));
     const V4 extent = hn::Sub(out.high, out.low);
-    out.half =
-        hn::Mul(hn::MulAdd(sum, hn::Broadcast<2>(out.high), hn::Mul(extent, hn::Broadcast<2>(sum))),
-                inverse);
-    out.pad = hn::Mul(hn::MulAdd(farthest, hn::Broadcast<2>(reach), reach), inverse);
+    const V4 turned = hn::Mul(extent, hn::Broadcast<2>(sum));
+    out.half = hn::Mul(hn::MulAdd(sum, hn::Broadcast<2>(out.high), turned), inverse);
   }
-  // Beside it, that of `half` itself and of sums with whole pixels.
-  out.pad = hn::Mul(hn::Set(d, kRasterGamma),
-                    hn::Add(out.pad, hn::Add(farthest, hn::Add(out.half, out.half))));
+  // Beside it, the rounding of `half` itself.
+  out.pad = hn::MulAdd(hn::Set(d, 2.0f * kRasterGamma), out.half,
+                       pad_of(out.low, out.high, perspective, reach));
   return out;
 }
 
@@ -172,13 +192,70 @@ HWY_INLINE bool view_cell(const BlockJob& job, const SvoCell& cell, V4 reach_row
                  pixel_range(low[1] - grow_y, high[1] + grow_y), out);
 }
 
+// Boxes of a block's eight octants, from the places of all corners on their closed cubes.
+HWY_INLINE void extend_octants(const BlockJob& job, const uint16_t* places, RowBox octants[8]) {
+  constexpr uint32_t kHalf = kBlockSide / kCellSide / 2, kSide = 2 * kHalf + 1;
+  for (uint32_t i = 0; i < job.corners; ++i) {
+    const uint32_t at[3] = {places[i] % kSide, places[i] / kSide % kSide,
+                            places[i] / (kSide * kSide)};
+    const V4 p = hn::Load(D4(), &job.screen[i].x);
+    for (uint32_t octant = 0; octant < 8; ++octant) {
+      bool within = true;
+      for (uint32_t axis = 0; axis < 3; ++axis) {
+        within &= (octant >> axis & 1) != 0 ? at[axis] >= kHalf : at[axis] <= kHalf;
+      }
+      if (within) octants[octant].extend(p);
+    }
+  }
+}
+
+HWY_INLINE uint32_t octant_of(const SvoCell& cell) {
+  return (cell.place >> 2 & 1) | (cell.place >> 5 & 1) << 1 | (cell.place >> 8 & 1) << 2;
+}
+
+// Lists the nodes of level 5 of a block that is a few pixels large; none of it is before the near
+// plane. They are drawn as their boxes.
+HWY_NOINLINE void view_nodes(const BlockJob& job, V4 reach, RasterBlock& block) {
+  const D4 d;
+  const Svo& svo = *block.svo;
+  const SvoBlock& at = svo.blocks[block.block];
+  RowBox octants[8];
+  extend_octants(job, svo.corner_places.data() + at.first_corner, octants);
+  const SvoNode& whole = svo.nodes[job.node];
+  for (uint32_t n = whole.first; n < whole.first + whole.count; ++n) {
+    const RowBox& box = octants[octant_of(svo.cells[svo.nodes[svo.nodes[n].first].first])];
+    alignas(16) float low[4], high[4], pad[4];
+    hn::Store(box.low, d, low);
+    hn::Store(box.high, d, high);
+    hn::Store(pad_of(box.low, box.high, job.map->perspective, reach), d, pad);
+    RasterCell& out = job.cells[block.cells];
+    out = RasterCell{.unit = block.first_unit + static_cast<uint32_t>(svo.cells.size()) + n};
+    out.path = RasterPath::rectangle;
+    out.near_depth = out.far_depth = std::clamp(0.5f * (low[2] + high[2]), low[2], high[2]);
+    if (in_view(job, pixel_range(low[0] - pad[0], high[0] + pad[0]),
+                pixel_range(low[1] - pad[1], high[1] + pad[1]), out)) {
+      ++block.cells;
+    }
+  }
+}
+
+// Whether even nodes of level 4 are too small to draw.
+HWY_INLINE bool is_small(const BlockJob& job, const RowBox& box) {
+  alignas(16) float size[4], low[4];
+  hn::Store(hn::Sub(box.high, box.low), D4(), size);
+  hn::Store(box.low, D4(), low);
+  return job.settings->lod && low[2] > job.map->near &&
+         std::max(size[0], size[1]) < 4.0f * job.settings->smallest;
+}
+
 void view_block_kernel(const BlockJob& job, uint32_t index, RasterBlock& block) {
-  project_corners(job, block.reach);
-  const V4 reach_row = hn::LoadU(D4(), block.reach);  // the fourth lane is not used
+  const RowBox box = project_corners(job, block.reach);
+  const V4 reach_row = hn::LoadU(D4(), block.reach);
+  block.cells = 0;
+  if (is_small(job, box)) return view_nodes(job, reach_row, block);
   const Svo& svo = *block.svo;
   const uint32_t first = svo.blocks[block.block].first_cell;
   const uint32_t end = svo.blocks[block.block + 1].first_cell;
-  block.cells = 0;
   for (uint32_t c = first; c < end; ++c) {
     RasterCell& out = job.cells[block.cells];
     out = RasterCell{.unit = block.first_unit + c, .block = index, .cell = c};

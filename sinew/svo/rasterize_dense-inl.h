@@ -17,6 +17,8 @@
 #define SINEW_SVO_RASTERIZE_DENSE_INL_H
 #endif
 
+#include <atomic>
+
 #include "sinew/svo/rasterize_planes-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -32,6 +34,7 @@ struct DensePlanes {
   static constexpr int kPlane = (kDenseSide + 1) * kDenseSide;
   static constexpr int kSize = kDenseClasses * kDenseClasses * kPlane;
   alignas(64) uint32_t noted[kSize];
+  alignas(64) uint32_t place[16], value[16];  // on their way from vectors
 
   uint32_t* plane(int columns, int rows) {
     return noted + (rows * kDenseClasses + columns) * kPlane + kDenseSide;
@@ -74,11 +77,28 @@ HWY_INLINE DepthScale depth_scale(const RasterCell& cell) {
   return {cell.near_depth, DepthScale::kSteps / range, range / DepthScale::kSteps};
 }
 
+// The nearest whole number, 0 to 2^23 - 1, in the lower 23 bits; above them is the exponent.
+HWY_INLINE Vu whole_bits(Vf v) {
+  return hn::BitCast(Du(), hn::Add(v, hn::Set(Df(), 8388608.0f)));
+}
+
+HWY_INLINE void note(uint32_t* first, Vu places, Vu values, uint32_t count, DensePlanes& planes) {
+  const Du du;
+  hn::Store(places, du, planes.place);
+  hn::Store(values, du, planes.value);
+  // They are to be read back: taking vectors apart lane by lane takes longer.
+  std::atomic_signal_fence(std::memory_order_seq_cst);
+  for (uint32_t k = 0; k < count; ++k) {
+    uint32_t* const at = first + planes.place[k];
+    const uint32_t old = *at, now = planes.value[k];
+    *at = now < old ? now : old;
+  }
+}
+
 template <bool kKeys, class Map>
 HWY_INLINE void note_voxels(const RasterCell& cell, const DenseShape& shape, const Map& map,
                             const Spots& spots, bool perspective, DensePlanes& planes) {
   const Df d;
-  const Di di;
   const Du du;
   const DepthScale scale = depth_scale(cell);
   const Vf wide = hn::Set(d, 2.0f * cell.half_x), high = hn::Set(d, 2.0f * cell.half_y);
@@ -106,20 +126,13 @@ HWY_INLINE void note_voxels(const RasterCell& cell, const DenseShape& shape, con
       const Vf steps =
           hn::Mul(hn::Sub(v.depth, hn::Set(d, scale.near)), hn::Set(d, scale.to_steps));
       const Vf kept = hn::Min(hn::Max(steps, zero), hn::Set(d, DepthScale::kSteps));
-      noted = hn::Or(hn::ShiftLeft<9>(hn::BitCast(du, hn::ConvertTo(di, kept))), v.spot);
+      noted = hn::Or(hn::ShiftLeft<9>(whole_bits(kept)), v.spot);
     } else {
       noted = hn::BitCast(
           du, hn::Min(hn::Max(v.depth, hn::Set(d, cell.near_depth)), hn::Set(d, cell.far_depth)));
     }
-    alignas(64) int32_t place[16];
-    alignas(64) uint32_t value[16];
-    hn::Store(hn::ConvertTo(di, at), di, place);
-    hn::Store(noted, du, value);
-    const uint32_t count = std::min(lanes(), spots.count - i);
-    for (uint32_t k = 0; k < count; ++k) {
-      uint32_t& old = first[place[k]];
-      old = std::min(old, value[k]);
-    }
+    note(first, hn::And(whole_bits(at), hn::Set(du, 0xffffu)), noted,
+         std::min(lanes(), spots.count - i), planes);
   }
 }
 

@@ -12,6 +12,7 @@ struct BlockJob {
   const ClipMap* map = nullptr;
   const RasterSettings* settings = nullptr;
   uint32_t width = 0, height = 0;   // of the view
+  uint32_t node = 0;                // of the block, in Svo::nodes
   const vec3* positions = nullptr;  // of the block's corners
   uint32_t corners = 0;
   ClipPoint* points = nullptr;  // out, one a corner
@@ -36,6 +37,8 @@ struct TileJob {
   const uint32_t* list = nullptr;  // of cells that may cover pixels of the tile
   uint32_t count = 0;
   uint32_t* order = nullptr;  // scratch, `count` entries
+  uint32_t* units = nullptr;  // scratch, one entry more
+  uint8_t* marks = nullptr;   // the same
   float near = 0.0f;
   bool perspective = true;
   uint32_t x = 0, y = 0, width = 0, height = 0;  // pixels of the tile

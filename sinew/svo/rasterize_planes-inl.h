@@ -26,13 +26,17 @@ inline constexpr uint32_t kMostListed = (1u << 22) - 1;
 
 // Pixels beyond the tile's edge are 0: in front of all, and no farthest depth.
 HWY_INLINE void clear(const TileJob& job, TilePlanes& planes) {
-  for (uint32_t i = 0; i < TilePlanes::kSize; ++i) {
-    planes.depth_storage[i] = 0.0f;
-    planes.id_storage[i] = 0;
+  const Df d;
+  const Du du;
+  for (uint32_t i = 0; i < TilePlanes::kSize; i += lanes()) {
+    hn::Store(hn::Zero(d), d, planes.depth_storage + i);
+    hn::Store(hn::Zero(du), du, planes.id_storage + i);
   }
+  const Vf nothing = hn::Set(d, __builtin_inff());
   for (uint32_t y = 0; y < job.height; ++y) {
-    for (uint32_t x = 0; x < job.width; ++x) {
-      planes.depth[y * kTileSide + x] = __builtin_inff();
+    for (uint32_t x = 0; x < job.width; x += lanes()) {
+      const Vf row = hn::IfThenElseZero(hn::FirstN(d, job.width - x), nothing);
+      hn::Store(row, d, planes.depth + y * kTileSide + x);
     }
   }
 }
@@ -76,38 +80,6 @@ HWY_INLINE void put_box(TilePlanes& planes, const TileBox& box, float depth, uin
     const auto mask = hn::FirstN(d, static_cast<size_t>(box.x1 - x + 1));
     for (int y = box.y0; y <= box.y1; ++y) {
       put<kKeys>(planes, y * static_cast<int>(kTileSide) + x, mask, depths, ids);
-    }
-  }
-}
-
-HWY_INLINE Vi to_pixel(Vf v) {
-  const Df d;
-  return hn::ConvertTo(Di(), hn::Min(hn::Max(v, hn::Set(d, -32000.0f)), hn::Set(d, 32000.0f)));
-}
-
-// Voxels of a cell one by one: for those of more than a few pixels.
-template <bool kKeys, class Map>
-HWY_INLINE void draw_boxes(const TileJob& job, const RasterCell& cell, const Map& map,
-                           const Spots& spots, uint32_t id, TilePlanes& planes) {
-  const Df d;
-  const Vf wide = hn::Set(d, 2.0f * cell.half_x), high = hn::Set(d, 2.0f * cell.half_y);
-  const Vf near = hn::Set(d, cell.near_depth), far = hn::Set(d, cell.far_depth);
-  for (uint32_t i = 0; i < spots.count; i += lanes()) {
-    const VoxelVector voxels = place_voxels(map, spots.spot + i, job.perspective);
-    alignas(64) int32_t x0[16], y0[16], x1[16], y1[16];
-    alignas(64) float depth[16];
-    const Di di;
-    hn::Store(to_pixel(hn::Ceil(voxels.x)), di, x0);
-    hn::Store(to_pixel(hn::Ceil(voxels.y)), di, y0);
-    hn::Store(to_pixel(hn::Floor(hn::Add(voxels.x, wide))), di, x1);
-    hn::Store(to_pixel(hn::Floor(hn::Add(voxels.y, high))), di, y1);
-    hn::Store(hn::Min(hn::Max(voxels.depth, near), far), d, depth);
-    const uint32_t count = std::min(lanes(), spots.count - i);
-    for (uint32_t k = 0; k < count; ++k) {
-      const TileBox box =
-          clip_to_tile(job, cell.x0 + x0[k], cell.y0 + y0[k], cell.x0 + x1[k], cell.y0 + y1[k]);
-      if (box.empty()) continue;
-      put_box<kKeys>(planes, box, depth[k], id | code_of_spot(spots.spot[i + k], cell.level));
     }
   }
 }

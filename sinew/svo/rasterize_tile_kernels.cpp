@@ -14,6 +14,7 @@
 #include <atomic>
 
 #include "sinew/svo/rasterize_dense-inl.h"
+#include "sinew/svo/rasterize_faces-inl.h"
 #include "sinew/svo/rasterize_kernels.h"
 #include "sinew/svo/thesis_place-inl.h"
 
@@ -92,6 +93,10 @@ HWY_NOINLINE void draw_near(const TileJob& job, const RasterCell& cell, const Ra
     if (x.empty() || y.empty()) continue;
     const TileBox pixels = clip_to_tile(job, x.first, y.first, x.last, y.last);
     if (pixels.empty()) continue;
+    if (std::max(box.x1 - box.x0, box.y1 - box.y0) > job.settings->large) {
+      draw_faces<kKeys>(job, cell, corners, block.reach, id | code, planes);
+      continue;
+    }
     float middle = 0.0f;
     for (const ClipPoint& corner : corners) middle += 0.125f * corner.depth;
     put_box<kKeys>(planes, pixels,
@@ -108,7 +113,7 @@ HWY_INLINE void draw_voxels(const TileJob& job, const RasterCell& cell, const Ma
   if (cell.level < 2 && is_dense(cell, shape)) {
     draw_dense<kKeys>(job, cell, shape, map, buffers.spots, id, buffers.dense, buffers.planes);
   } else {
-    draw_boxes<kKeys>(job, cell, map, buffers.spots, id, buffers.planes);
+    draw_boxes<kKeys>(job, cell, job.blocks[cell.block], map, buffers.spots, id, buffers.planes);
   }
 }
 
@@ -120,18 +125,18 @@ HWY_NOINLINE void draw_skinned(const TileJob& job, const RasterCell& cell, uint3
   const SkinnedTable& table = *job.skinned;
   const SvoBlock& place = block.svo->blocks[block.block];
   const SvoCell& lattice = block.svo->cells[cell.cell];
-  const uint32_t first = place.first_voxel[cell.level] + lattice.first_voxel[cell.level];
+  const uint32_t first = table.voxels->first[cell.cell][cell.level];
   const SkinnedLevel& level = table.voxels->levels[cell.level];
   const uint32_t joints = table.voxels->palette_sizes[cell.cell];
   if (table.lookup == SkinnedLookup::palette && joints != 0 && joints <= lanes()) {
     PaletteMap map;
-    set_cell(table, place, lattice, cell.level, buffers.spots, offset_x, offset_y, map);
+    set_cell(table, place, lattice, first, cell.level, buffers.spots, offset_x, offset_y, map);
     map.joints = level.palette_slots.data() + first;
     set_palette(table, cell.cell, map);
     return draw_voxels<kKeys>(job, cell, map, id, buffers);
   }
   GatherMap map;
-  set_cell(table, place, lattice, cell.level, buffers.spots, offset_x, offset_y, map);
+  set_cell(table, place, lattice, first, cell.level, buffers.spots, offset_x, offset_y, map);
   map.joints = level.joints.data() + first;
   map.rows = table.rows.data();
   draw_voxels<kKeys>(job, cell, map, id, buffers);
@@ -173,10 +178,14 @@ HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffe
 template <bool kKeys>
 HWY_INLINE void draw_list(const TileJob& job, TileBuffers& buffers, TileCounts& counts) {
   const bool occlusion = job.settings->occlusion;
+  job.units[0] = job.marks[0] = 0;
   // The cells of the first phase, then, from the end backwards, those of the second.
   uint32_t first = 0, second = job.count;
   for (uint32_t i = 0; i < job.count; ++i) {
-    const bool now = !occlusion || was_seen(job.seen_before, job.cells[job.list[i]].unit);
+    const uint32_t unit = job.cells[job.list[i]].unit;
+    job.units[i + 1] = unit;
+    job.marks[i + 1] = 0;
+    const bool now = !occlusion || was_seen(job.seen_before, unit);
     job.order[now ? first++ : --second] = i;
   }
   std::reverse(job.order + second, job.order + job.count);
@@ -200,7 +209,7 @@ HWY_INLINE void draw_list(const TileJob& job, TileBuffers& buffers, TileCounts& 
 }
 
 // Depths name no cells: what is not hidden now counts as seen.
-HWY_INLINE void note_seen(const TileJob& job, TileBuffers& buffers) {
+HWY_INLINE void note_not_hidden(const TileJob& job, TileBuffers& buffers) {
   update(buffers.planes, buffers.far);
   for (uint32_t i = 0; i < job.count; ++i) {
     const RasterCell& cell = job.cells[job.list[i]];
@@ -208,25 +217,76 @@ HWY_INLINE void note_seen(const TileJob& job, TileBuffers& buffers) {
   }
 }
 
-// Names what won, and notes that it was seen. Ids are used up.
-HWY_INLINE void resolve(const TileJob& job, TilePlanes& planes) {
-  uint32_t last = 0;
-  VisibilityKey unit = 0;
+// Keys of a vector of pixels, as 32-bit halves: upper, depth 27 | unit 5; lower, unit 22 | code 10.
+struct KeyHalves {
+  Vu upper, lower;
+};
+HWY_INLINE KeyHalves keys_of(const TileJob& job, Vu id, Vf depth) {
+  const Du du;
+  const auto some = hn::Ne(id, hn::Zero(du));
+  const Vu nothing = hn::Set(du, 0xffffffffu);
+  const Vu place = hn::ShiftRight<10>(id);
+  const Vu unit = hn::GatherIndex(du, job.units, hn::BitCast(Di(), place));
+  const Vu steps = hn::ShiftRight<4>(hn::BitCast(du, depth));
+  const Vu upper = hn::Or(hn::ShiftLeft<5>(steps), hn::ShiftRight<22>(unit));
+  const Vu lower = hn::Or(hn::ShiftLeft<10>(unit), hn::And(id, hn::Set(du, 1023)));
+  return {hn::IfThenElse(some, upper, nothing), hn::IfThenElse(some, lower, nothing)};
+}
+
+// Marks the cells of these pixels as seen, without a branch: place 0 is none.
+HWY_INLINE void mark(const TileJob& job, Vu id) {
+  alignas(64) uint32_t place[16];
+  hn::Store(hn::ShiftRight<10>(id), Du(), place);
+  std::atomic_signal_fence(std::memory_order_seq_cst);
+  for (uint32_t i = 0; i < lanes(); ++i) job.marks[place[i]] = 1;
+}
+
+// `count` keys, for a whole vector without a call or a loop.
+HWY_INLINE void write_keys(const VisibilityKey* from, uint32_t count, VisibilityKey* to) {
+  const hn::CappedTag<uint64_t, 8> d;
+  if (HWY_LIKELY(count == lanes())) {
+    for (uint32_t i = 0; i < lanes(); i += static_cast<uint32_t>(hn::MaxLanes(d))) {
+      hn::StoreU(hn::Load(d, from + i), d, to + i);
+    }
+  } else {
+    for (uint32_t i = 0; i < count; ++i) to[i] = from[i];
+  }
+}
+
+// Names what won, and marks it as seen. Ids are used up. `first`: nothing is in `keys` yet.
+HWY_NOINLINE void resolve(const TileJob& job, bool first, TilePlanes& planes) {
+  const Df d;
+  const Du du;
+  alignas(64) VisibilityKey nothing[16], keys[16];
+  for (VisibilityKey& key : nothing) key = kNothing;
   for (uint32_t y = 0; y < job.height; ++y) {
     VisibilityKey* const out = job.keys + size_t{y} * job.stride;
-    for (uint32_t x = 0; x < job.width; ++x) {
-      const uint32_t id = planes.id[y * kTileSide + x];
-      if (id == 0) continue;
-      if (id >> 10 != last) {
-        last = id >> 10;
-        const uint32_t whole = job.cells[job.list[last - 1]].unit;
-        unit = VisibilityKey{whole} << 10;
-        set_seen(job.seen_now, whole);
+    for (uint32_t x = 0; x < job.width; x += lanes()) {
+      const uint32_t at = y * kTileSide + x;
+      const Vu id = hn::Load(du, planes.id + at);
+      const uint32_t count = std::min(lanes(), job.width - x);
+      if (hn::AllTrue(du, hn::Eq(id, hn::Zero(du)))) {
+        if (first) write_keys(nothing, count, out + x);
+        continue;
       }
-      const uint32_t bits = std::bit_cast<uint32_t>(planes.depth[y * kTileSide + x]);
-      out[x] = VisibilityKey{bits >> 4} << 37 | unit | (id & 1023);
-      planes.id[y * kTileSide + x] = 0;
+      mark(job, id);
+      const KeyHalves halves = keys_of(job, id, hn::Load(d, planes.depth + at));
+      hn::Store(hn::Zero(du), du, planes.id + at);
+      alignas(64) uint32_t mixed[32];
+      hn::StoreInterleaved2(halves.lower, halves.upper, du, mixed);
+      std::memcpy(keys, mixed, lanes() * sizeof(VisibilityKey));
+      if (!first) {
+        for (uint32_t i = 0; i < count; ++i) keys[i] = std::min(out[x + i], keys[i]);
+      }
+      write_keys(keys, count, out + x);
     }
+  }
+}
+
+// Keeps what was marked, for the next frame. `marks` and `units` begin one before the list.
+HWY_INLINE void keep_marks(const TileJob& job) {
+  for (uint32_t i = 1; i <= job.count; ++i) {
+    if (job.marks[i] != 0) set_seen(job.seen_now, job.units[i]);
   }
 }
 
@@ -243,23 +303,21 @@ HWY_INLINE TileCounts draw(const TileJob& job) {
   clear(job, buffers.planes);
   clear(buffers.dense);
   TileCounts counts;
-  if (kKeys) {
-    for (uint32_t y = 0; y < job.height; ++y) {
-      std::fill_n(job.keys + size_t{y} * job.stride, job.width, kNothing);
-    }
-  }
-  for (uint32_t at = 0; at < job.count; at += kMostListed) {
+  uint32_t at = 0;
+  do {
     TileJob part = job;
     part.list = job.list + at;
     part.order = job.order + at;
     part.count = std::min(job.count - at, kMostListed);
     draw_list<kKeys>(part, buffers, counts);
     if (kKeys) {
-      resolve(part, buffers.planes);
+      resolve(part, at == 0, buffers.planes);
+      if (job.settings->occlusion) keep_marks(part);
     } else if (job.settings->occlusion) {
-      note_seen(part, buffers);
+      note_not_hidden(part, buffers);
     }
-  }
+    at += part.count;
+  } while (at < job.count);
   if (!kKeys) write_depth(job, buffers.planes);
   return counts;
 }

@@ -35,6 +35,7 @@ struct RasterBlock {
   const Svo* svo = nullptr;
   uint32_t instance = 0;
   uint32_t block = 0;
+  uint32_t node = 0;          // the block's
   uint32_t first_corner = 0;  // of ClipPoints
   uint32_t first_cell = 0;    // of RasterCells
   uint32_t cells = 0;         // of these, in the view

@@ -57,14 +57,14 @@ HWY_INLINE uint32_t append_mask(uint64_t mask, uint32_t first, uint32_t count, u
 HWY_INLINE void list_spots(const Svo& svo, const SvoBlock& block, const SvoCell& cell,
                            uint32_t level, Spots& out) {
   out.count = 0;
+  const uint64_t* mask = &svo.bricks[block.first_brick + cell.first_brick];
   if (level == 0) {
-    const uint64_t* mask = &svo.bricks[block.first_brick + cell.first_brick];
     for (uint32_t rest = cell.bricks; rest != 0; rest &= rest - 1) {
       const uint32_t brick = static_cast<uint32_t>(std::countr_zero(rest));
       out.count = append_mask(*mask++, brick << 6, out.count, out.spot);
     }
   } else if (level == 1) {
-    out.count = append_mask(cell.coarse, 0, 0, out.spot);
+    out.count = append_mask(coarse_voxels(cell, mask), 0, 0, out.spot);
   } else {
     for (uint32_t rest = cell.bricks; rest != 0; rest &= rest - 1) {
       const uint32_t bit = static_cast<uint32_t>(std::countr_zero(rest));

@@ -105,9 +105,8 @@ HWY_INLINE VoxelVector place_voxels(const PaletteMap& map, const uint16_t* spots
 
 // What both lookups have in common; `joints` are still to be set.
 HWY_INLINE void set_cell(const SkinnedTable& table, const SvoBlock& block, const SvoCell& cell,
-                         uint32_t level, const Spots& spots, float offset_x, float offset_y,
-                         SkinnedCell& out) {
-  const uint32_t first = block.first_voxel[level] + cell.first_voxel[level];
+                         uint32_t first, uint32_t level, const Spots& spots, float offset_x,
+                         float offset_y, SkinnedCell& out) {
   out.first_spot = spots.spot;
   out.weights = table.voxels->levels[level].weights.data() + first;
   out.side = static_cast<float>(1u << level);

@@ -86,6 +86,10 @@ void add_voxel(const ThesisWeights& skin, Palette& palette, SkinnedLevel& out) {
   out.weights.push_back(pack_weights(skin));
 }
 
+uint32_t size_of(const SkinnedLevel& level) {
+  return static_cast<uint32_t>(level.joints.size());
+}
+
 void add_cell(const Svo& svo, const SvoBlock& block, const SvoCell& cell,
               std::span<const ThesisVoxel> voxels, SkinnedVoxels& out) {
   const CellSkins skins(voxels, first_voxel(block, cell));
@@ -94,6 +98,7 @@ void add_cell(const Svo& svo, const SvoBlock& block, const SvoCell& cell,
   for (uint32_t b = 0; b < 8; ++b) {
     if (cell.bricks >> b & 1) masks[b] = svo.bricks[brick++];
   }
+  out.first.push_back({size_of(out.levels[0]), size_of(out.levels[1]), size_of(out.levels[2])});
   Palette palette;
   const auto add = [&](VoxelCode code) {
     add_voxel(skins.at(place_of(code), masks), palette, out.levels[level_of(code)]);
@@ -103,7 +108,8 @@ void add_cell(const Svo& svo, const SvoBlock& block, const SvoCell& cell,
       add(64 * b + static_cast<uint32_t>(std::countr_zero(rest)));
     }
   }
-  for (uint64_t rest = cell.coarse; rest != 0; rest &= rest - 1) {
+  for (uint64_t rest = coarse_voxels(cell, &svo.bricks[block.first_brick + cell.first_brick]);
+       rest != 0; rest &= rest - 1) {
     add(kFirstCode[1] + static_cast<uint32_t>(std::countr_zero(rest)));
   }
   for (uint32_t b = 0; b < 8; ++b) {

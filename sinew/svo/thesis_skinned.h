@@ -28,6 +28,7 @@ struct SkinnedVoxels {
   SkinnedLevel levels[3];                               // in the order of the octree's attributes
   std::vector<std::array<uint8_t, kPalette>> palettes;  // one a cell
   std::vector<uint8_t> palette_sizes;                   // 0: more joints than fit
+  std::vector<std::array<uint32_t, 3>> first;           // of each cell: its first in each level
   uint32_t joints = 0;
 };
 

@@ -44,6 +44,35 @@ void set_attributes(const Attributes& a, const mat3& normal_map, VoxelSample& ou
   out.spread = a.spread;
 }
 
+// Calls with all cells below the node.
+template <class F>
+void for_each_cell_below(const Svo& svo, uint32_t n, const F& call) {
+  const SvoNode& node = svo.nodes[n];
+  for (uint32_t child = node.first; child < node.first + node.count; ++child) {
+    if (node.level == kCellLevel + 1) {
+      call(child);
+    } else {
+      for_each_cell_below(svo, child, call);
+    }
+  }
+}
+
+uint32_t block_of(const Svo& svo, uint32_t cell) {
+  const std::span<const SvoBlock> blocks(svo.blocks.data(), svo.block_count());
+  return holder_of(blocks, cell, [](const SvoBlock& block) { return block.first_cell; });
+}
+
+Box bounds_of(const PosedSvo& posed, uint32_t n) {
+  const Svo& svo = posed.svo();
+  if (svo.nodes[n].level >= kBlockLevel) return posed.bounds(n);
+  Box box;
+  for_each_cell_below(svo, n, [&](uint32_t c) {
+    const PosedBlock block = posed.block(block_of(svo, c));
+    for (const uint16_t corner : svo.cells[c].corner) box.extend(block.positions[corner]);
+  });
+  return box;
+}
+
 uint32_t first_cell_below(const Svo& svo, uint32_t node) {
   while (svo.nodes[node].level > kCellLevel + 1) node = svo.nodes[node].first;
   return svo.nodes[node].first;
@@ -51,8 +80,7 @@ uint32_t first_cell_below(const Svo& svo, uint32_t node) {
 
 void sample_cell(const VoxelInstance& body, uint32_t c, VoxelSample& out) {
   const Svo& svo = body.posed->svo();
-  const std::span<const SvoBlock> blocks(svo.blocks.data(), svo.block_count());
-  const uint32_t b = holder_of(blocks, c, [](const SvoBlock& block) { return block.first_cell; });
+  const uint32_t b = block_of(svo, c);
   const SvoCell& cell = svo.cells[c];
   const PosedBlock posed = body.posed->block(b);
   const VoxelPlace place = place_of(out.code);
@@ -65,7 +93,7 @@ void sample_cell(const VoxelInstance& body, uint32_t c, VoxelSample& out) {
   const Attributes a =
       out.level == kCellLevel
           ? attributes_of(svo.cell_level, c)
-          : attributes_of(svo.levels[out.level], voxel_index(svo, blocks[b], cell, out.code));
+          : attributes_of(svo.levels[out.level], voxel_index(svo, svo.blocks[b], cell, out.code));
   set_attributes(a, cofactor(body.placement) * map_normals(cell, posed, local), out);
 }
 
@@ -74,7 +102,7 @@ void sample_node(const VoxelInstance& body, uint32_t n, VoxelSample& out) {
   const Svo& svo = body.posed->svo();
   out.level = svo.nodes[n].level;
   out.material = svo.cells[first_cell_below(svo, n)].material;
-  out.position = transform_point(body.placement, body.posed->bounds(n).center());
+  out.position = transform_point(body.placement, bounds_of(*body.posed, n).center());
   out.size = static_cast<float>(1u << out.level) * svo.grid.voxel * scale_of(body.placement);
   set_attributes(attributes_of(svo.node_level, n), cofactor(body.placement), out);
 }

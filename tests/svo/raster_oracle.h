@@ -130,6 +130,54 @@ inline ScreenVoxel voxel_on_screen(const RasterView& view, const VoxelInstance& 
   return out;
 }
 
+// Whether (x, y) is in the convex hull of the points: no half-plane at it is free of them.
+inline bool in_hull(const std::vector<ScreenPoint>& points, double x, double y) {
+  std::vector<double> angles;
+  for (const ScreenPoint& p : points) angles.push_back(std::atan2(p.y - y, p.x - x));
+  if (angles.empty()) return false;
+  std::sort(angles.begin(), angles.end());
+  double gap = angles.front() + 2.0 * M_PI - angles.back();
+  for (size_t i = 1; i < angles.size(); ++i) gap = std::max(gap, angles[i] - angles[i - 1]);
+  return gap < M_PI;
+}
+
+// Points of a voxel beyond the near plane, `steps` + 1 along each axis.
+inline std::vector<ScreenPoint> points_of(const RasterView& view, const VoxelInstance& body,
+                                          const ReadVoxel& voxel, int steps) {
+  const SvoCell& cell = body.posed->svo().cells[voxel.cell];
+  const PosedBlock block = body.posed->block(voxel.block);
+  std::vector<ScreenPoint> out;
+  for (int x = 0; x <= steps; ++x) {
+    for (int y = 0; y <= steps; ++y) {
+      for (int z = 0; z <= steps; ++z) {
+        const dvec3 at = dvec3(place_of(voxel.code).min) + dvec3(x, y, z) / double(steps);
+        const ScreenPoint p = to_screen(view, body.placement, lattice_point(cell, block, at));
+        if (p.depth > view.near) out.push_back(p);
+      }
+    }
+  }
+  return out;
+}
+
+// Calls with every `step`th pixel whose centre is in the hull of the points.
+template <class F>
+void for_each_pixel(const RasterView& view, const std::vector<ScreenPoint>& points, int step,
+                    const F& call) {
+  double x0 = 1e9, y0 = 1e9, x1 = -1e9, y1 = -1e9;
+  for (const ScreenPoint& p : points) {
+    x0 = std::min(x0, p.x);
+    x1 = std::max(x1, p.x);
+    y0 = std::min(y0, p.y);
+    y1 = std::max(y1, p.y);
+  }
+  const int columns = static_cast<int>(view.width), rows = static_cast<int>(view.height);
+  for (int y = std::max(static_cast<int>(y0), 0); y < rows && y + 0.5 <= y1; y += step) {
+    for (int x = std::max(static_cast<int>(x0), 0); x < columns && x + 0.5 <= x1; x += step) {
+      if (in_hull(points, x + 0.5, y + 0.5)) call(y * view.width + x);
+    }
+  }
+}
+
 // Half the size of the boxes of a cell's voxels as the rasteriser's rule has it, in double; see
 // rasterize_cells_kernels.cpp.
 struct HalfSize {

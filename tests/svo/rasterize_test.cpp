@@ -136,7 +136,8 @@ TEST(Rasterize, CoversEveryVoxelAtEveryLevel) {
   for (const float fold : {0.0f, 0.3f}) {
     RasterBody body(unit_grid(), ball(3), fold, 3);
     const VoxelInstance instance{&body.posed, identity_affine(), 0};
-    for (const float scale : {900.0f, 400.0f, 150.0f, 60.0f, 25.0f, 9.0f, 2.0f, 0.5f, 0.1f}) {
+    for (const float scale :
+         {6000.0f, 900.0f, 400.0f, 150.0f, 60.0f, 25.0f, 9.0f, 2.0f, 0.5f, 0.1f}) {
       for (const bool perspective : {true, false}) {
         SCOPED_TRACE(testing::Message() << scale << " pixels, perspective " << perspective);
         const RasterView view =
@@ -145,16 +146,14 @@ TEST(Rasterize, CoversEveryVoxelAtEveryLevel) {
         const auto keys = draw(std::span(&instance, 1), view);
         const auto depth = draw_depth(std::span(&instance, 1), view);
         for (uint32_t b = 0; b < body.svo.block_count(); ++b) body.posed.make_block(b);
-        std::vector<double> must(keys.size(), std::numeric_limits<double>::infinity());
+        int holes = 0, inside = 0;
         for (const ReadVoxel& voxel : test::read_voxels(body.svo)) {
-          const ScreenVoxel v = test::voxel_on_screen(view, instance, voxel);
-          Twin::cover(view, v.x0, v.y0, v.x1, v.y1, v.middle.depth, must);
+          test::for_each_pixel(view, test::points_of(view, instance, voxel, 1), 1, [&](size_t i) {
+            ++inside;
+            holes += keys[i] == kNothing || !std::isfinite(depth[i]) ? 1 : 0;
+          });
         }
-        int holes = 0;
-        for (size_t i = 0; i < keys.size(); ++i) {
-          if (!std::isfinite(must[i])) continue;
-          holes += keys[i] == kNothing || !std::isfinite(depth[i]) ? 1 : 0;
-        }
+        EXPECT_GE(inside, scale > 2.0f ? 1 : 0);
         EXPECT_EQ(holes, 0);
       }
     }
@@ -177,39 +176,71 @@ TEST(Rasterize, NothingIsLostAtTheNearPlane) {
     RasterSettings settings;
     settings.lod = seed % 2 == 0;
     const auto keys = draw(std::span(&instance, 1), view, settings);
+    const auto depth = draw_depth(std::span(&instance, 1), view, settings);
     for (uint32_t b = 0; b < body.svo.block_count(); ++b) body.posed.make_block(b);
     int holes = 0, inside = 0;
     for (const ReadVoxel& voxel : test::read_voxels(body.svo)) {
-      const SvoCell& cell = body.svo.cells[voxel.cell];
-      const PosedBlock block = body.posed.block(voxel.block);
-      test::ScreenVoxel box;
+      const auto points = test::points_of(view, instance, voxel, 4);
       double farthest = 0.0;
-      for (int i = 0; i < 1000; ++i) {
-        const test::dvec3 at(i % 10, i / 10 % 10, i / 100);
-        const test::ScreenPoint p = test::to_screen(
-            view, instance.placement,
-            test::lattice_point(cell, block, test::dvec3(place_of(voxel.code).min) + at / 9.0));
-        if (p.depth <= view.near) continue;
-        box.x0 = std::min(box.x0, p.x);
-        box.x1 = std::max(box.x1, p.x);
-        box.y0 = std::min(box.y0, p.y);
-        box.y1 = std::max(box.y1, p.y);
-        farthest = std::max(farthest, p.depth);
-      }
-      for (int y = 0; y < static_cast<int>(view.height); ++y) {
-        for (int x = 0; x < static_cast<int>(view.width); ++x) {
-          if (x + 0.5 < box.x0 || x + 0.5 > box.x1 || y + 0.5 < box.y0 || y + 0.5 > box.y1)
-            continue;
-          ++inside;
-          const VisibilityKey key = keys[y * view.width + x];
-          holes += key == kNothing || key_depth(key) > farthest * 1.001 ? 1 : 0;
-        }
-      }
+      for (const test::ScreenPoint& p : points) farthest = std::max(farthest, p.depth);
+      test::for_each_pixel(view, points, 3, [&](size_t i) {
+        ++inside;
+        holes += keys[i] == kNothing || key_depth(keys[i]) > farthest * 1.001 ? 1 : 0;
+        holes += depth[i] > farthest * 1.001 ? 1 : 0;
+      });
     }
     EXPECT_EQ(holes, 0);
     drawn += inside;
   }
   EXPECT_GT(drawn, 1000);
+}
+
+// One voxel that is a box: depths of the first face that the ray meets, by slabs in double.
+TEST(Rasterize, FacesOfLargeVoxels) {
+  for (uint32_t seed = 1; seed <= 20; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Random random(seed);
+    const VoxelGrid grid{vec3(-0.5f), 1.0f, uvec3(1)};
+    RasterBody body(grid, {{0, 0, 0, 0}});
+    const vec3 axis = random.direction();
+    const vec3 size = random.uniform3(0.3f, 1.0f);
+    const VoxelInstance instance{
+        &body.posed, trs(vec3(0.0f), glm::angleAxis(random.uniform(0.0f, 3.0f), axis), size), 0};
+    const bool perspective = seed % 2 == 0;
+    const RasterView view = look_at(2.0f * random.direction(), vec3(0.0f),
+                                    perspective ? 150.0f : 80.0f, 140, 120, 0.1f, perspective);
+    const auto depth = draw_depth(std::span(&instance, 1), view);
+    const Affine back = inverse_affine(instance.placement);
+    // Pixel and depth to the world.
+    const glm::dmat4 rows =
+        glm::transpose(glm::dmat4(view.x, view.y, view.depth, vec4(0, 0, 0, 1)));
+    const glm::dmat4 to_world = glm::inverse(rows);
+    int wrong = 0, inside = 0;
+    for (uint32_t i = 0; i < depth.size(); ++i) {
+      const double x = i % view.width + 0.5, y = i / view.width + 0.5;
+      const auto at = [&](double d) {
+        const glm::dvec4 p =
+            to_world * (perspective ? glm::dvec4(x * d, y * d, d, 1.0) : glm::dvec4(x, y, d, 1.0));
+        return test::dvec3(glm::dmat4x3(back) * p);
+      };
+      const test::dvec3 origin = at(0.1), direction = at(1.1) - origin;
+      double enter = 0.0, leave = 1e9;
+      for (int k = 0; k < 3; ++k) {
+        const double a = (-0.5 - origin[k]) / direction[k], b = (0.5 - origin[k]) / direction[k];
+        enter = std::max(enter, std::min(a, b));
+        leave = std::min(leave, std::max(a, b));
+      }
+      if (leave < enter) {
+        // Rays that pass at a hair's breadth may count as hits.
+        wrong += std::isfinite(depth[i]) && leave < enter - 1e-2 ? 1 : 0;
+      } else {
+        ++inside;
+        wrong += std::abs(depth[i] - 0.1 - enter) > 1e-4 ? 1 : 0;
+      }
+    }
+    EXPECT_EQ(wrong, 0);
+    EXPECT_GT(inside, 300);
+  }
 }
 
 struct Crowd {
