@@ -10,9 +10,9 @@
 
 namespace sinew::app {
 
-// Which nodes are objects whose node or contents have a name that one of the patterns (`*` and `?` as
-// in a shell) fits; one entry a node. A pattern that fits nothing is a usage error that names the
-// option and lists the names.
+// Which nodes are objects whose node or contents have a name that one of the patterns (`*` and `?`
+// as in a shell) fits; one entry a node. A pattern that fits nothing is a usage error that names
+// the option and lists the names.
 Result<std::vector<uint8_t>> find_objects(const Scene& scene,
                                           const std::vector<std::string>& patterns,
                                           const char* option);

@@ -29,7 +29,8 @@ namespace sinew::app {
 namespace {
 
 constexpr const char* kExamples =
-    "A .svo holds the octrees of a scene at rest with the skeletons, clips, cameras and lights that\n"
+    "A .svo holds the octrees of a scene at rest with the skeletons, clips, cameras and lights "
+    "that\n"
     "move and show them; `sinew render` plays it. A .vox holds voxels as they are seen, frame by\n"
     "frame if --clip is given, for MagicaVoxel.\n"
     "\n"
@@ -149,6 +150,7 @@ Result<void> write_vox(const VoxelizeJob& job, const Scene& scene, VoxelizeRepor
   std::vector<VoxObject> objects;
   for (VoxelFrames& frames : made) {
     VoxelizedObjectReport row = row_of(frames.name, frames.grid.resolution);
+    row.triangles = frames.triangles;
     for (const std::vector<PlainVoxel>& frame : frames.frames) row.voxels += frame.size();
     report.voxel = static_cast<double>(frames.grid.voxel);
     report.voxels += row.voxels;
@@ -208,7 +210,8 @@ Run define_voxelize(CLI::App& app) {
   const auto job = std::make_shared<VoxelizeJob>();
   app.footer(kExamples);
   app.add_option("INPUT", job->input, "As for `sinew render`")->required();
-  app.add_option("-o,--output", job->output, "A .svo or .vox file, or - for a .svo on standard output")
+  app.add_option("-o,--output", job->output,
+                 "A .svo or .vox file, or - for a .svo on standard output")
       ->required();
   define_size(app, *job);
   app.add_option("--object", job->objects,

@@ -66,12 +66,11 @@ Result<void> add_frame(const Scene& scene, const ScenePose& pose, const Shown& s
   out.frames.emplace_back();
   const std::vector<vec3> positions = world_vertices(scene, pose, shown.object);
   if (positions.empty()) return {};
-  SINEW_TRY(const VoxelSurface surface,
-            voxelize(positions, mesh.triangles, out.grid, shown.looks,
-                     {.shell = options.shell,
-                      .solid = options.solid,
-                      .inside_color = shown.looks.mean_color(),
-                      .memory_limit = options.memory_limit}));
+  SINEW_TRY(const VoxelSurface surface, voxelize(positions, mesh.triangles, out.grid, shown.looks,
+                                                 {.shell = options.shell,
+                                                  .solid = options.solid,
+                                                  .inside_color = shown.looks.mean_color(),
+                                                  .memory_limit = options.memory_limit}));
   out.frames.back() = plain_voxels_of(mesh, surface);
   return {};
 }
@@ -96,6 +95,7 @@ Result<std::vector<VoxelFrames>> voxelize_frames(const Scene& scene, int clip,
     const Mesh& mesh = scene.meshes[object.mesh];
     VoxelFrames made;
     made.name = scene.nodes[object.node].name.empty() ? mesh.name : scene.nodes[object.node].name;
+    made.triangles = mesh.triangles.size();
     SINEW_TRY(made.grid, grid_of_voxels(boxes[i], voxel));
     textures.prepare(mesh, voxel);
     shown.push_back({objects[i], MeshLooks(scene, mesh, textures)});

@@ -15,6 +15,7 @@ namespace sinew {
 // One object, in the world. All frames have the same grid.
 struct VoxelFrames {
   std::string name;
+  uint64_t triangles = 0;
   VoxelGrid grid;
   std::vector<std::vector<PlainVoxel>> frames;  // sorted, each place once
 };

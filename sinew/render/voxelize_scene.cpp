@@ -36,32 +36,30 @@ std::string name_of(const Scene& scene, const SceneObject& object) {
 // One octree: a mesh, with the joints of a skin or without.
 struct OctreeJob {
   uint32_t object = 0;  // the first one that shows it
-  double scale = 0.0;   // the largest of its instances: world over object
+  double scale = 0.0;   // world over object, by lengths of edges; the largest of its instances
 };
 
-double scale_of(const Affine& m) {
-  return std::max({length(glm::dvec3(m[0])), length(glm::dvec3(m[1])), length(glm::dvec3(m[2]))});
-}
-
-// How much larger the object is in the world than in its own space. Skins: the mean over joints.
-double scale_of(const SceneObject& object, const Pose& pose) {
-  if (object.skin < 0) return scale_of(pose.placement);
-  double sum = 0.0;
-  for (const Affine& joint : pose.joints) sum += scale_of(joint);
-  return pose.joints.empty() ? 1.0 : sum / static_cast<double>(pose.joints.size());
-}
-
-// The object at rest in the world.
-Box world_box(const Scene& scene, const ScenePose& pose, uint32_t object) {
+// The object's vertices at rest in the world.
+std::vector<vec3> world_vertices(const Scene& scene, const ScenePose& pose, uint32_t object) {
   const Mesh& mesh = scene.meshes[scene.objects[object].mesh];
   std::vector<vec3> positions(mesh.positions.size());
-  if (stands_still(mesh)) {
-    std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(),
-                   [&](vec3 p) { return transform_point(pose.objects[object].placement, p); });
-  } else {
+  if (!stands_still(mesh)) {
     world_positions(scene, pose, object, positions);
+    return positions;
   }
-  return surface_box(positions, mesh.triangles);
+  std::transform(mesh.positions.begin(), mesh.positions.end(), positions.begin(),
+                 [&](vec3 p) { return transform_point(pose.objects[object].placement, p); });
+  return positions;
+}
+
+double sum_of_edges(std::span<const vec3> positions, std::span<const uvec3> triangles) {
+  double sum = 0.0;
+  for (const uvec3& t : triangles) {
+    const glm::dvec3 a(positions[t.x]), b(positions[t.y]), c(positions[t.z]);
+    const double edges = length(b - a) + length(c - b) + length(a - c);
+    if (std::isfinite(edges)) sum += edges;
+  }
+  return sum;
 }
 
 Motion motion_of_voxels(const Mesh& mesh, bool skinned) {
@@ -169,9 +167,12 @@ class SceneVoxelizer {
       if (!is_chosen(i)) continue;
       ++chosen;
       const SceneObject& object = from_.objects[i];
-      const double scale = scale_of(object, pose.objects[i]);
-      const Box box = world_box(from_, pose, i);
-      if (box.empty() || !is_finite(box) || !(scale > 0.0)) {
+      const Mesh& mesh = from_.meshes[object.mesh];
+      const std::vector<vec3> positions = world_vertices(from_, pose, i);
+      const Box box = surface_box(positions, mesh.triangles);
+      const double own = sum_of_edges(mesh.positions, mesh.triangles);
+      const double scale = sum_of_edges(positions, mesh.triangles) / own;
+      if (box.empty() || !is_finite(box) || !(scale > 0.0) || !std::isfinite(scale)) {
         warn(i, "has no surface at rest and is left out");
         continue;
       }
@@ -180,7 +181,7 @@ class SceneVoxelizer {
           known.try_emplace({object.mesh, object.skin >= 0}, static_cast<uint32_t>(jobs_.size()));
       if (is_new) {
         jobs_.push_back({i, scale});
-        if (stands_still(from_.meshes[object.mesh])) {
+        if (stands_still(mesh)) {
           warn(i, "moves by a vertex cache or program: its voxels stand still");
         }
       }

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <memory>
+#include <mutex>
 #include <numeric>
 
+#include "sinew/base/buffer.h"
 #include "sinew/base/parallel.h"
 #include "sinew/svo/nearest_kernels.h"
 #include "sinew/svo/solid_fill.h"
@@ -50,23 +53,29 @@ bool is_finite(vec3 v) {
   return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-// Buffers of one block's work.
+// Buffers of one block's work, for what a triangle has there and for all that the block has.
 struct Scratch {
-  std::vector<BlockPlace> places;
-  std::vector<float> u, v;
-  std::vector<uint16_t> normals, colors;
-  std::vector<uint8_t> present;
-  std::vector<VoxelFragment> fragments, sorted;
+  Buffer<BlockPlace> places{kMostPlaces};
+  Buffer<float> u{kMostPlaces}, v{kMostPlaces};
+  Buffer<uint16_t> normals{kMostPlaces}, colors{kMostPlaces};
+  Buffer<uint8_t> present{kMostPlaces};
+  std::vector<VoxelFragment> fragments, sorted;  // never made shorter, so that nothing is cleared
+  size_t count = 0;                              // of fragments
+
+  // The next `more` fragments, to be written.
+  VoxelFragment* room_for(size_t more) {
+    if (fragments.size() < count + more) fragments.resize(2 * (count + more));
+    if (sorted.size() < fragments.size()) sorted.resize(fragments.size());
+    return fragments.data() + count;
+  }
 };
 
 // By 9 bits of the voxel's place, keeping the order of equals.
-void sort_by_bits(std::vector<VoxelFragment>& from, std::vector<VoxelFragment>& to,
-                  uint32_t shift) {
+void sort_by_bits(std::span<const VoxelFragment> from, VoxelFragment* to, uint32_t shift) {
   uint32_t next[512] = {};
   for (const VoxelFragment& f : from) ++next[f.voxel >> shift & 511];
   uint32_t sum = 0;
   for (uint32_t& n : next) sum += std::exchange(n, sum);
-  to.resize(from.size());
   for (const VoxelFragment& f : from) to[next[f.voxel >> shift & 511]++] = f;
 }
 
@@ -109,7 +118,7 @@ class Voxelizer {
     return cross(out.vertex[1] - out.vertex[0], out.vertex[2] - out.vertex[0]) != dvec3(0.0);
   }
 
-  void list_blocks(uint32_t triangle, std::vector<BlockPlace>& places,
+  void list_blocks(uint32_t triangle, Buffer<BlockPlace>& places,
                    std::vector<BlockTriangle>& out) const {
     GridTriangle t;
     if (!load(triangle, t)) return;
@@ -117,18 +126,18 @@ class Voxelizer {
     for (dvec3& v : t.vertex) v /= static_cast<double>(kSide);
     const dvec3 low = floor(min(t.vertex[0], min(t.vertex[1], t.vertex[2])));
     const dvec3 high = floor(max(t.vertex[0], max(t.vertex[1], t.vertex[2])));
-    places.clear();
     const bool in_one =
         low == high && all(greaterThan(min(t.vertex[0], min(t.vertex[1], t.vertex[2])), low));
     if (in_one) {
       if (any(lessThan(low, dvec3(0.0))) || any(greaterThanEqual(low, dvec3(blocks_.count))))
         return;
       const uvec3 block(low);
-      places.push_back(block.x + kSide * (block.y + kSide * block.z));
+      const BlockPlace place = block.x + kSide * (block.y + kSide * block.z);
+      out.push_back({morton_of_place(place), triangle});
     } else {
-      mark_triangle(t, Shell::conservative, blocks_.count - 1u, places);
+      const size_t count = mark_triangle(t, Shell::conservative, blocks_.count - 1u, places.data());
+      for (size_t i = 0; i < count; ++i) out.push_back({morton_of_place(places[i]), triangle});
     }
-    for (const BlockPlace place : places) out.push_back({morton_of_place(place), triangle});
   }
 
   // Fills ranges_ and sorted_: by block, then triangle.
@@ -136,7 +145,7 @@ class Voxelizer {
     std::vector<std::vector<BlockTriangle>> lists((triangles_.size() + kTrianglesAtOnce - 1) /
                                                   kTrianglesAtOnce);
     parallel_for(triangles_.size(), kTrianglesAtOnce, [&](size_t begin, size_t end) {
-      std::vector<BlockPlace> places;
+      Buffer<BlockPlace> places(kMostPlaces);
       std::vector<BlockTriangle>& list = lists[begin / kTrianglesAtOnce];
       list.reserve(2 * (end - begin));
       for (size_t i = begin; i < end; ++i) list_blocks(static_cast<uint32_t>(i), places, list);
@@ -159,31 +168,40 @@ class Voxelizer {
 
   void mark_blocks() {
     outputs_.resize(ranges_.size());
-    // Neighbours in Morton order share triangles and buffers.
-    constexpr size_t kBlocksAtOnce = 4;
-    parallel_for(ranges_.size(), kBlocksAtOnce, [&](size_t begin, size_t end) {
-      Scratch scratch;
-      for (size_t i = begin; i < end && !out_of_memory_; ++i) mark_block(i, scratch);
+    parallel_for(ranges_.size(), 1, [&](size_t begin, size_t end) {
+      std::unique_ptr<Scratch> scratch = take_scratch();
+      for (size_t i = begin; i < end && !out_of_memory_; ++i) mark_block(i, *scratch);
+      const std::lock_guard lock(mutex_);
+      idle_.push_back(std::move(scratch));
     });
+    idle_.clear();
+  }
+
+  std::unique_ptr<Scratch> take_scratch() {
+    const std::lock_guard lock(mutex_);
+    if (idle_.empty()) return std::make_unique<Scratch>();
+    std::unique_ptr<Scratch> scratch = std::move(idle_.back());
+    idle_.pop_back();
+    return scratch;
   }
 
   void mark_block(size_t index, Scratch& scratch) {
     const BlockRange& range = ranges_[index];
     const uvec3 base = kSide * voxel_of(range.block);
     const uvec3 last = min(grid_.resolution - base, uvec3(kSide)) - 1u;
-    scratch.fragments.clear();
+    scratch.count = 0;
     for (size_t i = range.first; i < range.end; ++i) {
       GridTriangle triangle;
       load(sorted_[i], triangle);
       for (dvec3& v : triangle.vertex) v -= dvec3(base);
-      scratch.places.clear();
-      mark_triangle(triangle, options_.shell, last, scratch.places);
-      if (!scratch.places.empty()) look_at(sorted_[i], triangle, range.block, scratch);
+      const size_t count = mark_triangle(triangle, options_.shell, last, scratch.places.data());
+      if (count > 0) look_at(sorted_[i], triangle, range.block, count, scratch);
     }
-    sort_by_bits(scratch.fragments, scratch.sorted, 0);
-    sort_by_bits(scratch.sorted, scratch.fragments, 9);
+    if (scratch.count == 0) return;
+    sort_by_bits({scratch.fragments.data(), scratch.count}, scratch.sorted.data(), 0);
+    sort_by_bits({scratch.sorted.data(), scratch.count}, scratch.fragments.data(), 9);
     BlockOutput& out = outputs_[index];
-    out.fragments = scratch.fragments;
+    out.fragments.assign(scratch.fragments.data(), scratch.fragments.data() + scratch.count);
     out.count = out.fragments.size();
     for (size_t i = 0; i < out.fragments.size(); ++i) {
       out.voxels += i == 0 || out.fragments[i].voxel != out.fragments[i - 1].voxel;
@@ -191,23 +209,27 @@ class Voxelizer {
     take_memory(2 * sizeof(VoxelFragment) * out.count);
   }
 
-  void look_at(uint32_t index, const GridTriangle& triangle, uint32_t block, Scratch& scratch) {
-    const size_t count = scratch.places.size();
-    scratch.u.resize(count);
-    scratch.v.resize(count);
-    scratch.normals.resize(count);
-    scratch.colors.resize(count);
-    scratch.present.assign(count, 1);
+  void look_at(uint32_t index, const GridTriangle& triangle, uint32_t block, size_t count,
+               Scratch& scratch) {
+    std::fill_n(scratch.present.data(), count, uint8_t{1});
     nearest_points(make_nearest_setup(triangle), scratch.places.data(), count, scratch.u.data(),
                    scratch.v.data());
-    look_({index, grid_.voxel, scratch.u, scratch.v, scratch.normals, scratch.colors,
-           scratch.present});
+    look_({index,
+           grid_.voxel,
+           {scratch.u.data(), count},
+           {scratch.v.data(), count},
+           {scratch.normals.data(), count},
+           {scratch.colors.data(), count},
+           {scratch.present.data(), count}});
+    VoxelFragment* const first = scratch.room_for(count);
+    VoxelFragment* to = first;
+    const VoxelMorton base = VoxelMorton{block} << kPlaceBits;
     for (size_t i = 0; i < count; ++i) {
-      if (scratch.present[i] == 0) continue;
-      const VoxelMorton voxel =
-          VoxelMorton{block} << kPlaceBits | morton_of_place(scratch.places[i]);
-      scratch.fragments.push_back({voxel, index, scratch.normals[i], scratch.colors[i]});
+      *to = {base | morton_of_place(scratch.places[i]), index, scratch.normals[i],
+             scratch.colors[i]};
+      to += scratch.present[i];
     }
+    scratch.count += static_cast<size_t>(to - first);
   }
 
   void take_memory(uint64_t bytes) {
@@ -330,6 +352,8 @@ class Voxelizer {
   std::vector<uint32_t> sorted_;      // triangles
   std::vector<BlockOutput> outputs_;  // one a range
   std::vector<BlockBits> inside_;
+  std::mutex mutex_;  // of idle_
+  std::vector<std::unique_ptr<Scratch>> idle_;
   std::atomic<uint64_t> memory_{0};
   std::atomic<bool> out_of_memory_{false};
 };

@@ -30,7 +30,7 @@ struct SurfaceBatch {
   std::span<const float> u, v;  // weights of the triangle's second and third vertex
   std::span<uint16_t> normals;  // to be written, see pack_normal
   std::span<uint16_t> colors;   // to be written, see pack_color
-  std::span<uint8_t> present;   // 1; set to 0 to leave the voxel out
+  std::span<uint8_t> present;   // all 1; 0 leaves the voxel out, nothing else may stand here
 };
 
 // A view of a callable `void(const SurfaceBatch&)`, called by several threads at the same time.

@@ -96,7 +96,7 @@ TEST(Voxelize, RandomTrianglesAsBruteForceSays) {
 }
 
 TEST(Voxelize, CoordinatesOnFacesAsBruteForceSays) {
-  for (uint32_t seed = 1; seed <= 10; ++seed) {
+  for (uint32_t seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     Random random(seed);
     Shape shape;
@@ -258,7 +258,7 @@ std::vector<uint8_t> filled(std::vector<uint8_t> shell, uvec3 n) {
 }
 
 TEST(Voxelize, SolidsAreWhatCannotBeReachedFromOutside) {
-  for (const uint32_t resolution : {1u, 2u, 5u, 63u, 64u, 65u, 200u}) {
+  for (const uint32_t resolution : {1u, 2u, 5u, 63u, 64u, 65u, 130u}) {
     for (const Shell shell : {Shell::thin, Shell::conservative}) {
       SCOPED_TRACE(testing::Message() << resolution << " voxels");
       const Shape shape = test::sphere(4);
@@ -269,10 +269,10 @@ TEST(Voxelize, SolidsAreWhatCannotBeReachedFromOutside) {
       const VoxelSurface solid = voxelized(shape, *grid, {.shell = shell, .solid = true});
       expect_valid(solid);
       EXPECT_EQ(dense(solid), filled(dense(hollow), grid->resolution));
-      if (resolution < 200) continue;
+      if (resolution < 130) continue;
       const double radius = 1.0 / grid->voxel;
       EXPECT_NEAR(static_cast<double>(solid.voxels), 4.18879 * radius * radius * radius,
-                  0.03 * static_cast<double>(solid.voxels));
+                  0.05 * static_cast<double>(solid.voxels));
     }
   }
 }
@@ -288,9 +288,9 @@ TEST(Voxelize, OpenMeshesHoldWhatTheirShellsEnclose) {
 
 // In a maze of random voxels the flood has to turn round, within blocks and between them.
 TEST(Voxelize, MazesAreFlooded) {
-  for (uint32_t seed = 1; seed <= 4; ++seed) {
+  for (uint32_t seed = 1; seed <= 2; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const Shape shape = test::random_triangles(seed < 3 ? 6000 : 60000, seed, 0.03f);
+    const Shape shape = test::random_triangles(seed == 1 ? 6000 : 60000, seed, 0.03f);
     const VoxelGrid grid{vec3(-0.1f), 1.2f / 150.0f, uvec3(150)};
     const VoxelSurface hollow = voxelized(shape, grid, {});
     const VoxelSurface solid = voxelized(shape, grid, {.solid = true});
