@@ -29,16 +29,7 @@ vec3 unit_or_up(vec3 v) {
   return l > 0.0f ? v / l : vec3(0.0f, 0.0f, 1.0f);
 }
 
-struct Attributes {
-  vec3 normal{0.0f}, color{0.0f};
-  float spread = 1.0f;
-};
-Attributes attributes_of(const SvoLevel& level, uint32_t index) {
-  return {unpack_normal(level.normals[index]), unpack_color(level.colors[index]),
-          level.spreads.empty() ? 1.0f : static_cast<float>(level.spreads[index]) / 255.0f};
-}
-
-void set_attributes(const Attributes& a, const mat3& normal_map, VoxelSample& out) {
+void set_attributes(const VoxelAttributes& a, const mat3& normal_map, VoxelSample& out) {
   out.normal = unit_or_up(normal_map * a.normal);
   out.color = a.color;
   out.spread = a.spread;
@@ -90,10 +81,7 @@ void sample_cell(const VoxelInstance& body, uint32_t c, VoxelSample& out) {
   out.material = cell.material;
   out.position = transform_point(body.placement, map_point(cell, posed, local));
   out.size = static_cast<float>(place.side) * svo.grid.voxel * scale_of(body.placement);
-  const Attributes a =
-      out.level == kCellLevel
-          ? attributes_of(svo.cell_level, c)
-          : attributes_of(svo.levels[out.level], voxel_index(svo, svo.blocks[b], cell, out.code));
+  const VoxelAttributes a = voxel_attributes(svo, svo.blocks[b], cell, out.code);
   set_attributes(a, cofactor(body.placement) * map_normals(cell, posed, local), out);
 }
 
@@ -104,7 +92,7 @@ void sample_node(const VoxelInstance& body, uint32_t n, VoxelSample& out) {
   out.material = svo.cells[first_cell_below(svo, n)].material;
   out.position = transform_point(body.placement, bounds_of(*body.posed, n).center());
   out.size = static_cast<float>(1u << out.level) * svo.grid.voxel * scale_of(body.placement);
-  set_attributes(attributes_of(svo.node_level, n), cofactor(body.placement), out);
+  set_attributes(level_attributes(svo.node_level, n), cofactor(body.placement), out);
 }
 
 }  // namespace
