@@ -53,7 +53,7 @@ void draw_picture(Stage& stage, Clock::time_point start, FrameRecord& record) {
   }
   const Clock::time_point drawn = Clock::now();
   trace_layers(stage.world, stage.scene, pose, stage.view, settings.width, settings.height, choice,
-               stage.layer_scratch, stage.layers);
+               stage.layer_scratch, stage.layers, settings.voxels);
   if (shows) {
     if (job.view.wants_light()) {
       tonemap(stage.radiance, settings.exposure, stage.picture);

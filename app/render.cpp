@@ -27,6 +27,16 @@ tl::unexpected<Error> usage(std::string problem, std::string remedy) {
   return fail({ErrorKind::usage, "", "", std::move(problem), std::move(remedy)});
 }
 
+// What shows rays needs triangles: voxels are rasterised.
+Result<void> check_view(const RenderJob& job, const Scene& scene) {
+  const View view = job.view.view;
+  if ((view != View::heatmap && view != View::boxes) || !scene.objects.empty()) return {};
+  return usage(
+      "--view heatmap and boxes show the hierarchy that rays meet, and this scene has only "
+      "voxels, which are rasterised",
+      "use --view shaded, normals, depth or objects");
+}
+
 Result<void> check_outputs(const RenderJob& job) {
   SINEW_CHECKED(check_writable(job.output.of_frame(1)));
   if (!job.contact_sheet.empty()) SINEW_CHECKED(check_writable(job.contact_sheet));
@@ -142,6 +152,7 @@ RenderReport begin_report(const RenderJob& job, const Scene& scene, int clip,
   report.fps = timeline.fps;
   report.threads = thread_count();
   report.triangles = count(scene).triangles;
+  report.voxels = count(scene).voxels;
   report.settings = job.settings;
   report.warnings = frame_warnings(job, timeline);
   report.warnings.insert(report.warnings.begin(), scene.warnings.begin(), scene.warnings.end());
@@ -198,6 +209,8 @@ Result<int> render(const RenderJob& job) {
   const ThreadLimit threads(job.threads);
   SINEW_TRY(Scene scene, load(job.input, job.load));
   SINEW_CHECKED(hide_objects(scene, job.hide));
+  SINEW_CHECKED(apply_mode(job.mode, job.load.memory_limit, scene));
+  SINEW_CHECKED(check_view(job, scene));
   SINEW_TRY(const int clip, find_clip(scene, job.clip));
   const Timeline timeline = timeline_of(scene, clip, job.fps);
   SINEW_TRY(std::vector<Shot> shots, choose_shots(job, timeline));

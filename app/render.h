@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/camera_choice.h"
+#include "app/draw_mode.h"
 #include "app/output_name.h"
 #include "app/progress.h"
 #include "app/values.h"
@@ -25,6 +26,7 @@ struct RenderJob {
   std::optional<double> time;     // a single picture of this time instead of frames
   double fps = 0.0;               // 0: the scene's own
   std::vector<std::string> hide;  // patterns of object names
+  DrawModeChoice mode;
   CameraChoice camera;
   RenderSettings settings;
   bool progressive = false;       // refine frames in which nothing moves

@@ -16,9 +16,10 @@ namespace {
 constexpr uint32_t kMaxWebpSide = 16383;  // pixels, by the format
 
 constexpr const char* kExamples =
-    "INPUT is a .gltf, .glb, .obj, .ply or .aff file, a sequence walk_####.obj or .ply, a vertex\n"
-    "cache base.obj+positions.pc2 or .mdd, or a study scene study:NAME (`sinew info study:`\n"
-    "lists them). aff:complexity=8,FILE.aff splits AFF's animated triangles into 4^8.\n"
+    "INPUT is a .gltf, .glb, .obj, .ply, .aff, .svo or .vox file, a sequence walk_####.obj or\n"
+    ".ply, a vertex cache base.obj+positions.pc2 or .mdd, or a study scene study:NAME\n"
+    "(`sinew info study:` lists them). aff:complexity=8,FILE.aff splits AFF's animated\n"
+    "triangles into 4^8.\n"
     "Frames count from 1; frame n shows the time start + (n - 1) / fps of the clip.\n"
     "\n"
     "Examples:\n"
@@ -27,6 +28,7 @@ constexpr const char* kExamples =
     "  sinew render walk.glb -o still.png --time 0.5 --camera orbit=120,10 --size 1600x1200\n"
     "  sinew render walk.glb -o out_####.exr --layers color,depth,normal\n"
     "  sinew render walk.glb -o cost.png --time 0.5 --view heatmap\n"
+    "  sinew render walk.glb -o voxels.webp --mode voxels --resolution 1024\n"
     "  sinew render study:creature -o - --time 0 | display\n";
 
 // What the command line holds as text, until it is read.
@@ -158,9 +160,37 @@ void add_speed_options(CLI::App& app, Flags& flags) {
       ->group(kGroup);
 }
 
+void add_voxel_options(CLI::App& app, Flags& flags) {
+  constexpr const char* kGroup = "Voxels";
+  DrawModeChoice& mode = flags.job.mode;
+  VoxelSettings& voxels = flags.job.settings.voxels;
+  app.add_option("--mode", flags.mode,
+                 "triangles (octrees are left out), voxels (meshes become octrees), mixed (those "
+                 "that --voxelize names do), or auto: whatever the scene has (default: auto)")
+      ->group(kGroup);
+  app.add_option("--voxelize", mode.voxelize,
+                 "With --mode mixed: objects (or meshes) of this name become octrees; * and ? as "
+                 "in a shell; may be repeated")
+      ->allow_extra_args(false)
+      ->group(kGroup);
+  app.add_option("--resolution", mode.resolution,
+                 "Voxels along the longest side of what is voxelised, at rest (default: 512)")
+      ->check(whole_number_in(1, kHighestResolution))
+      ->group(kGroup);
+  app.add_option("--shadow-map", voxels.shadow_map,
+                 "Pixels a side of the map that a light's shadows of voxels are drawn in, 16 to "
+                 "16384 (default: 1024)")
+      ->check(whole_number_in(16, 16384))
+      ->group(kGroup);
+  app.add_option("--lod", voxels.lod,
+                 "Pixels: coarser levels are drawn instead of voxels smaller than this; 0: always "
+                 "the finest (default: 1)")
+      ->check(number_in(0.0, 64.0))
+      ->group(kGroup);
+}
+
 void add_engine_options(CLI::App& app, Flags& flags) {
   constexpr const char* kGroup = "Engine";
-  app.add_option("--mode", flags.mode, "triangles (voxels and mixed will come)")->group(kGroup);
   app.add_option(
          "--update", flags.update,
          "How objects follow their poses: full (every vertex), hybrid (vertices, but "
@@ -186,12 +216,19 @@ tl::unexpected<Error> usage(std::string problem, std::string remedy) {
   return fail({ErrorKind::usage, "", "", std::move(problem), std::move(remedy)});
 }
 
-Result<void> check_mode(const std::string& mode) {
-  if (mode.empty() || mode == "triangles") return {};
-  if (mode == "voxels" || mode == "mixed") {
-    return usage("--mode " + mode + " is planned, but not there yet", "use --mode triangles");
+Result<void> read_mode(const Flags& flags, RenderJob& job) {
+  SINEW_TRY(job.mode.mode, parse_mode(flags.mode));
+  if (!job.mode.voxelize.empty() && job.mode.mode != DrawMode::mixed) {
+    return usage("--voxelize chooses what becomes voxels in a mixed picture",
+                 "add --mode mixed, or use --mode voxels for everything");
   }
-  return usage("--mode '" + mode + "' is unknown", "use --mode triangles");
+  if (!job.tree.empty() &&
+      (job.mode.mode == DrawMode::voxels || job.mode.mode == DrawMode::mixed)) {
+    return usage("--tree holds trees for all of the input's meshes, and --mode " + flags.mode +
+                     " makes voxels of some",
+                 "leave one of them out");
+  }
+  return {};
 }
 
 Result<UpdateMode> parse_update(const std::string& word) {
@@ -291,12 +328,16 @@ Result<void> read_output(const Flags& flags, RenderJob& job) {
 
 // Linear radiance, the finished picture, and its compressed form at worst. With layers their hits,
 // themselves, and what an .exr holds twice; what refinement adds up; with a time budget all rays of
-// a picture at once.
+// a picture at once. Of voxels what is in front, and a light's shadow map.
 Result<void> check_memory(const RenderJob& job) {
   const RenderSettings& size = job.settings;
   const uint64_t limit = job.load.memory_limit, pixels = uint64_t{size.width} * size.height;
   const bool layers = job.output.format == OutputFormat::exr || job.view.view != View::shaded;
+  const uint64_t map = size.voxels.shadow_map;
   uint64_t bytes = (16 + 4 + 4) * pixels;
+  if (job.mode.mode == DrawMode::voxels || job.mode.mode == DrawMode::mixed) {
+    bytes += 8 * pixels + 4 * map * map;
+  }
   if (layers) bytes += (16 + 28 + 8 + 2 * 38) * pixels;
   if (job.progressive) bytes += 2 * 16 * pixels;
   if (size.time_budget_ms > 0.0) {
@@ -311,7 +352,7 @@ Result<void> check_memory(const RenderJob& job) {
 
 Result<RenderJob> read(const Flags& flags) {
   RenderJob job = flags.job;
-  SINEW_CHECKED(check_mode(flags.mode));
+  SINEW_CHECKED(read_mode(flags, job));
   SINEW_TRY(job.update, parse_update(flags.update));
   SINEW_TRY(const ImageSize size, parse_size(flags.size));
   job.settings.width = size.width;
@@ -353,6 +394,7 @@ Run define_render(CLI::App& app) {
   add_output_options(app, flags);
   add_frame_options(app, flags);
   add_picture_options(app, flags);
+  add_voxel_options(app, flags);
   add_speed_options(app, flags);
   add_engine_options(app, flags);
   return []() -> Result<int> {

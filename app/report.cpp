@@ -18,6 +18,25 @@ Json rays_json(const RayCounts& rays) {
           {"refraction", rays.refraction}};
 }
 
+Json voxels_json(const VoxelStats& stats, double draw_ms) {
+  const RasterStats& camera = stats.camera;
+  return {{"objects", stats.objects},
+          {"passes", stats.passes},
+          {"blocks", camera.blocks},
+          {"blocks_drawn", camera.blocks_drawn},
+          {"cells", camera.cells},
+          {"cells_hidden", camera.cells_hidden},
+          {"voxels_drawn", camera.voxels_drawn},
+          {"leaves_drawn", camera.leaves_drawn},
+          {"nodes_drawn", camera.nodes_drawn},
+          {"shadow_voxels_drawn", stats.shadows.voxels_drawn},
+          {"draw_ms", draw_ms},
+          {"pose_ms", stats.pose_ms},
+          {"shadow_ms", stats.shadow_ms},
+          {"view_ms", stats.draw_ms},
+          {"shade_ms", stats.shade_ms}};
+}
+
 }  // namespace
 
 double mrays_per_s(const FrameStats& stats) {
@@ -45,6 +64,7 @@ std::string to_json(const RenderReport& report) {
         {"rays", rays_json(frame.stats.rays)}, {"mrays_per_s", mrays_per_s(frame.stats)},
     };
     entry["update"] = update_json(frame.update);
+    if (report.voxels > 0) entry["voxels"] = voxels_json(frame.stats.voxels, frame.stats.draw_ms);
     if (frame.view.steps) {
       entry["steps"] = {{"mean", frame.view.steps->mean},
                         {"largest", frame.view.steps->largest},
@@ -69,6 +89,7 @@ std::string to_json(const RenderReport& report) {
       {"samples", report.settings.samples},
       {"subsampling", report.settings.subsampling},
       {"triangles", report.triangles},
+      {"voxels", report.voxels},
       {"warnings", report.warnings},
       {"frames", frames},
   };

@@ -26,6 +26,7 @@ struct RenderReport {
   double fps = 0.0;
   int threads = 0;
   uint64_t triangles = 0;
+  uint64_t voxels = 0;  // of all voxel objects
   RenderSettings settings;
   std::vector<std::string> warnings;
   std::vector<FrameRecord> frames;

@@ -20,7 +20,8 @@ struct RenderScratch {
   double reserve_ms = 0.0;  // what such a frame needs after its last ray
 };
 
-// Finds which voxels are in front where these pixels are drawn, for draw_tiles() of the same sample.
+// Finds which voxels are in front where these pixels are drawn, for draw_tiles() of the same
+// sample.
 void draw_voxels(const CameraView& camera, const RenderSettings& settings,
                  const DrawnPixels& pixels, vec2 offset, RenderScratch& scratch, Tally& tally);
 

@@ -78,7 +78,7 @@ void draw_voxels_alone(const FrameContext& frame, const CameraView& camera,
                        Image& image) {
   const RenderSettings& settings = frame.settings;
   VoxelFrame& voxels = scratch.voxels;
-  const VoxelLighting lighting{voxels.materials(),        scratch.lights, voxels.shadows(),
+  const VoxelLighting lighting{voxels.materials(),      scratch.lights, voxels.shadows(),
                                frame.scene.environment, camera,         settings.reflections > 0};
   const auto fetch = [&](std::span<const VisibilityKey> keys, VoxelBatch& batch) {
     fetch_voxels(voxels.instances(), keys, batch);
@@ -100,9 +100,8 @@ void draw_voxels_alone(const FrameContext& frame, const CameraView& camera,
   }
 }
 
-void draw_everything(const FrameContext& frame, const CameraView& camera,
-                     const DrawnPixels& pixels, RenderScratch& scratch, Tally& tally,
-                     Image& image) {
+void draw_everything(const FrameContext& frame, const CameraView& camera, const DrawnPixels& pixels,
+                     RenderScratch& scratch, Tally& tally, Image& image) {
   const uint32_t samples = frame.settings.samples, tiles = pixels.grid.count();
   if (frame.voxels) draw_with_voxels(frame, camera, pixels, scratch, tally, image);
   for (uint32_t tile = 0; tile < tiles && !frame.voxels; tile += kBatchTiles) {

@@ -24,6 +24,11 @@ struct Pass {
   FrameLayers& out;
   bool filtered;
 
+  bool voxels() const { return scratch.voxels.any(); }
+  // Whether the pixel shows a voxel.
+  bool shows_voxel(size_t pixel) const {
+    return !scratch.hits[pixel] && voxels() && scratch.voxels.visibility().keys[pixel] != kNothing;
+  }
   Ray ray(size_t pixel) const {
     return camera_rays(static_cast<float>(pixel % out.width) + 0.5f,
                        static_cast<float>(pixel / out.width) + 0.5f);
@@ -34,7 +39,11 @@ struct Pass {
 void trace(const Pass& pass, size_t begin, size_t end) {
   std::array<Ray, kRaysPerChunk> rays;
   const size_t count = end - begin;
-  for (size_t i = 0; i < count; ++i) rays[i] = pass.ray(begin + i);
+  for (size_t i = 0; i < count; ++i) {
+    rays[i] = pass.ray(begin + i);
+    if (pass.voxels())
+      rays[i].t_max = std::max(pass.scratch.voxels.t_of(begin + i, rays[i]), rays[i].t_min);
+  }
   const FilterContext filter{&pass.world, &pass.scene, rays.data()};
   QueryOptions options{.facing = Facing::front};
   if (pass.filtered) options.filter = visible_filter(filter);
@@ -48,6 +57,19 @@ void trace(const Pass& pass, size_t begin, size_t end) {
   for (size_t i = 0; i < count; ++i) pass.out.traversal[begin + i] = counts[i].steps();
 }
 
+// The voxel in front.
+void store_voxel(const Pass& pass, size_t pixel) {
+  Surface surface;
+  pass.scratch.voxels.resolve(pixel, pass.ray(pixel),
+                              static_cast<uint32_t>(pass.scene.objects.size()), surface);
+  if (pass.choice.object) pass.out.object[pixel] = surface.hit.object;
+  if (pass.choice.primitive) pass.out.primitive[pixel] = surface.hit.primitive;
+  if (pass.choice.depth) {
+    pass.out.depth[pixel] = key_depth(pass.scratch.voxels.visibility().keys[pixel]);
+  }
+  if (pass.choice.normal) pass.out.normal[pixel] = surface.normal;
+}
+
 void store_hits(const Pass& pass, size_t begin, size_t end) {
   const vec3 axis = -pass.camera.to_world[2];
   for (size_t i = begin; i < end; ++i) {
@@ -59,6 +81,7 @@ void store_hits(const Pass& pass, size_t begin, size_t end) {
           hit ? hit.t * dot(pass.ray(i).direction, axis) : std::numeric_limits<float>::infinity();
     }
     if (pass.choice.normal && hit) pass.scratch.attributes.touch(hit.object);
+    if (pass.shows_voxel(i)) store_voxel(pass, i);
   }
 }
 
@@ -71,6 +94,7 @@ void store_normals(const Pass& pass, size_t begin, size_t end) {
       resolve_surface(pass.scene, pass.scratch.textures, pass.scratch.attributes.of(hit.object),
                       pass.ray(i), cone, hit, surface);
     }
+    if (pass.shows_voxel(i)) continue;
     pass.out.normal[i] = hit ? surface.normal : vec3(0.0f);
   }
 }
@@ -79,7 +103,8 @@ void store_normals(const Pass& pass, size_t begin, size_t end) {
 
 void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
                   const CameraView& camera, uint32_t width, uint32_t height,
-                  const LayerChoice& choice, LayerScratch& scratch, FrameLayers& out) {
+                  const LayerChoice& choice, LayerScratch& scratch, FrameLayers& out,
+                  const VoxelSettings& voxels) {
   SINEW_CHECK(width > 0 && height > 0 && uint64_t{width} * height < (uint64_t{1} << 32));
   SINEW_CHECK(pose.objects.size() == scene.objects.size());
   const size_t pixels = size_t{width} * height;
@@ -92,9 +117,12 @@ void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
   out.traversal.resize(choice.traversal ? pixels : 0);
   if (!choice.any_traced()) return;
   scratch.hits.resize(pixels);
-  if (choice.normal && scratch.attributes.begin_frame(world, scene, pose, pixels)) {
+  if (scratch.attributes.begin_frame(world, scene, pose, pixels)) {
     scratch.textures.build(scene);
+    scratch.voxels.bind(scene, scratch.textures);
   }
+  scratch.voxels.begin(scene, pose, {}, voxels, false);
+  if (scratch.voxels.any()) scratch.voxels.draw(camera, width, height, 1, vec2(0.5f));
 
   const Pass pass{world,  scene,   camera, CameraRays(camera, width, height),
                   choice, scratch, out,    needs_filter(scene)};

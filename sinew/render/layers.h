@@ -8,6 +8,7 @@
 #include "sinew/render/attributes.h"
 #include "sinew/render/camera.h"
 #include "sinew/render/texture.h"
+#include "sinew/render/voxel_frame.h"
 #include "sinew/world/world.h"
 
 namespace sinew {
@@ -30,15 +31,18 @@ struct FrameLayers {
   uint32_t height = 0;
   std::vector<float> depth;         // along the camera's axis, metres; infinite: nothing is there
   std::vector<vec3> normal;         // world, unit, as shading has it, towards the eye; or zero
-  std::vector<uint32_t> object;     // index in Scene::objects, or kNoObject
-  std::vector<uint32_t> primitive;  // index of the triangle in its mesh, or kNoObject
-  std::vector<uint32_t> traversal;  // steps of the ray: nodes and packets tested
+  std::vector<uint32_t> object;     // index in Scene::objects, after these in Scene::voxels, or
+                                    // kNoObject
+  std::vector<uint32_t> primitive;  // index of the triangle in its mesh, of the cell (then node) in
+                                    // its octree, or kNoObject
+  std::vector<uint32_t> traversal;  // steps of the ray: nodes and packets tested; voxels take none
 };
 
 // Buffers that live from frame to frame.
 struct LayerScratch {
   AttributeTable attributes;
   TextureTable textures;
+  VoxelFrame voxels;
   std::vector<Hit> hits;
 };
 
@@ -47,6 +51,7 @@ struct LayerScratch {
 // every thread count.
 void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
                   const CameraView& camera, uint32_t width, uint32_t height,
-                  const LayerChoice& choice, LayerScratch& scratch, FrameLayers& out);
+                  const LayerChoice& choice, LayerScratch& scratch, FrameLayers& out,
+                  const VoxelSettings& voxels = {});
 
 }  // namespace sinew

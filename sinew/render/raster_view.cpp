@@ -6,10 +6,10 @@
 namespace sinew {
 namespace {
 
-constexpr float kNearest = 1e-4f;      // as clip_from_world()
-constexpr float kBorder = 4.0f;        // pixels at each edge that the filter may reach into
-constexpr float kWidestCone = 1.05f;   // radians, half angle of a spot light that one view sees
-constexpr float kScaleStep = 1.1f;     // between two sizes of a directional light's pixels
+constexpr float kNearest = 1e-4f;     // as clip_from_world()
+constexpr float kBorder = 4.0f;       // pixels at each edge that the filter may reach into
+constexpr float kWidestCone = 1.05f;  // radians, half angle of a spot light that one view sees
+constexpr float kScaleStep = 1.1f;    // between two sizes of a directional light's pixels
 
 // Rows of the map from the world to the frame, each a linear function of (p, 1).
 struct FrameRows {
@@ -96,9 +96,10 @@ RasterView directional_view(vec3 direction, std::span<const Box> boxes, uint32_t
 uint32_t light_views(const ShadingLight& light, float near, uint32_t size, RasterView (&out)[6]) {
   if (light.type == LightType::directional) return 0;
   const float pixels = static_cast<float>(size) - 2.0f * kBorder;
-  const float outer = light.type == LightType::spot
-                          ? std::acos(std::clamp(-light.cone_offset / light.cone_scale, -1.0f, 1.0f))
-                          : kWidestCone + 1.0f;
+  const float outer =
+      light.type == LightType::spot
+          ? std::acos(std::clamp(-light.cone_offset / light.cone_scale, -1.0f, 1.0f))
+          : kWidestCone + 1.0f;
   if (outer <= kWidestCone) {
     out[0] = perspective_view(frame_along(light.direction, light.position),
                               2.0f * std::tan(outer) / pixels, size, size, near);

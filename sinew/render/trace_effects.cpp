@@ -212,8 +212,7 @@ void add_light(const FrameContext& frame, const ShadingLight& light, size_t inde
       if (!is_lit(surface)) continue;
       const Illumination arriving = illuminate(light, surface.position);
       const vec3 view = -normalize(wave.rays[i].direction);
-      vec3 reflected =
-          arriving.irradiance * scatter(surface, view, arriving.direction, highlight);
+      vec3 reflected = arriving.irradiance * scatter(surface, view, arriving.direction, highlight);
       if (!(largest(reflected) > 0.0f)) continue;
       if (shadows) reflected *= lit_by_voxels(frame, index, surface, arriving.direction);
       if (!(largest(reflected) > 0.0f)) continue;

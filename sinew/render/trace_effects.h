@@ -32,10 +32,10 @@ struct FrameContext {
   const Scene& scene;
   const RenderSettings& settings;
   const TextureTable& textures;
-  float ambient_distance = 0.0f;  // metres
-  bool filtered = false;          // some hits must be asked about (see ray_filter.h)
+  float ambient_distance = 0.0f;       // metres
+  bool filtered = false;               // some hits must be asked about (see ray_filter.h)
   const VoxelFrame* voxels = nullptr;  // null: there are none
-  Deadline deadline = {};         // rays are left out when it has passed
+  Deadline deadline = {};              // rays are left out when it has passed
 };
 
 // What a frame has done so far.

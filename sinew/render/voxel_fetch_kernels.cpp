@@ -23,18 +23,20 @@ namespace hn = hwy::HWY_NAMESPACE;
 using D4 = hn::CappedTag<float, 4>;
 using D16 = hn::CappedTag<float, 16>;
 
-constexpr uint32_t kCached = 32;  // cells; a power of two
+constexpr uint32_t kCachedBits = 7;
+constexpr uint32_t kCached = 1u << kCachedBits;  // cells; more than a batch mostly shows
 
 // A cell that is ready for its voxels. A map is the sum of its coefficients times 1, x, y, xy, z,
 // xz, yz, xyz, where x, y and z go from 0 to 1 in the cell.
 struct alignas(64) PreparedCell {
-  alignas(64) float normal[8][16];  // of the map of normals to the world: columns of 4, 3 used
+  alignas(64) float normal[8][12];  // of the map of normals in the object: columns of 4, 3 used
+  float behind_normal[4];           // read with the last row
   alignas(64) float point[8][4];    // of the map of points to the world
   uint64_t masks[8];                // bricks by their place
   uint64_t coarse;
   const SvoLevel* levels;
   const SvoLevel* cell_level;
-  uint32_t first[4];  // where its voxels of each level begin
+  uint32_t first[4];   // where its voxels of each level begin
   uint16_t before[8];  // voxels in the bricks before
   uint32_t bricks;
   uint32_t material;
@@ -60,12 +62,21 @@ HWY_INLINE void make_polynomial(float (&c)[8][kStride], uint32_t used) {
   }
 }
 
-HWY_INLINE void put(vec3 v, float* out) {
-  out[0] = v.x;
-  out[1] = v.y;
-  out[2] = v.z;
-  out[3] = 0.0f;
-}
+// Turns three columns, and perhaps an origin, of three floats each into columns of four.
+struct alignas(16) Columns {
+  float value[4][4] = {};
+
+  Columns() = default;
+  explicit Columns(const mat3& m) {
+    for (int c = 0; c < 3; ++c) set(c, m[c]);
+  }
+  explicit Columns(const Affine& m) {
+    for (int c = 0; c < 4; ++c) set(c, m[c]);
+  }
+  void set(int c, vec3 v) {
+    for (int i = 0; i < 3; ++i) value[c][i] = v[i];
+  }
+};
 
 // Remembers where the last winners came from.
 class Fetch {
@@ -84,7 +95,7 @@ class Fetch {
         out.set(i, sample_voxel(instances_, keys[i]));
         continue;
       }
-      const uint32_t slot = (unit * 0x9e3779b9u) >> 27;
+      const uint32_t slot = (unit * 0x9e3779b9u) >> (32 - kCachedBits);
       if (units_[slot] != unit) {
         units_[slot] = unit;
         prepare(local, table_[slot]);
@@ -106,7 +117,9 @@ class Fetch {
     units_of_ = unit_count(*svo_);
     cells_ = static_cast<uint32_t>(svo_->cells.size());
     block_first_ = block_end_ = 0;
-    normal_map_ = cofactor(instance_->placement);
+    placement_ = Columns(instance_->placement);
+    normal_map_ = Columns(cofactor(instance_->placement));
+    placed_ = instance_->placement != identity_affine();
   }
 
   HWY_INLINE void find_block(uint32_t cell) {
@@ -145,25 +158,39 @@ class Fetch {
   }
 
   void prepare_maps(const SvoCell& cell, PreparedCell& out) {
-    vec3 corner[8];
+    const D4 d;
     for (uint32_t i = 0; i < 8; ++i) {
-      corner[i] = transform_point(instance_->placement, posed_.positions[cell.corner[i]]);
-      put(corner[i], out.point[i]);
+      const vec3 p = posed_.positions[cell.corner[i]];
+      hn::Store(apply(placement_, p.x, p.y, p.z, hn::Load(d, placement_.value[3])), d,
+                out.point[i]);
     }
     float longest2 = 0.0f;
     for (uint32_t i = 0; i < 4; ++i) {
-      const vec3 diagonal = corner[7 - i] - corner[i];
+      const float *const a = out.point[i], *const b = out.point[7 - i];
+      const vec3 diagonal(b[0] - a[0], b[1] - a[1], b[2] - a[2]);
       longest2 = std::max(longest2, dot(diagonal, diagonal));
     }
     out.diagonal = std::sqrt(longest2) / static_cast<float>(kCellSide);
     make_polynomial(out.point, 4);
     out.turns = !posed_.cofactors.empty();
-    for (uint32_t i = 0; i < (out.turns ? 8u : 1u); ++i) {
-      const mat3 map = out.turns ? normal_map_ * posed_.cofactors[cell.corner[i]] : normal_map_;
-      for (int column = 0; column < 3; ++column) put(map[column], out.normal[i] + 4 * column);
-      put(vec3(0.0f), out.normal[i] + 12);
+    if (!out.turns) return;
+    for (uint32_t i = 0; i < 8; ++i) {
+      const float* const from = &posed_.cofactors[cell.corner[i]][0][0];
+      hn::Store(hn::LoadU(d, from), d, out.normal[i]);
+      hn::Store(hn::LoadU(d, from + 3), d, out.normal[i] + 4);
+      // Not a float beyond the last matrix is read.
+      hn::Store(hn::ShiftRightLanes<1>(d, hn::LoadU(d, from + 5)), d, out.normal[i] + 8);
     }
-    if (out.turns) make_polynomial(out.normal, 12);
+    make_polynomial(out.normal, 12);
+  }
+
+  // columns * (x, y, z) + origin
+  static HWY_INLINE hn::Vec<D4> apply(const Columns& columns, float x, float y, float z,
+                                      hn::Vec<D4> origin) {
+    const D4 d;
+    auto sum = hn::MulAdd(hn::Set(d, x), hn::Load(d, columns.value[0]), origin);
+    sum = hn::MulAdd(hn::Set(d, y), hn::Load(d, columns.value[1]), sum);
+    return hn::MulAdd(hn::Set(d, z), hn::Load(d, columns.value[2]), sum);
   }
 
   HWY_INLINE void fetch(const PreparedCell& cell, VoxelCode code, uint32_t i, VoxelBatch& out) {
@@ -198,19 +225,24 @@ class Fetch {
       point = hn::MulAdd(hn::Set(d4, factor[k]), hn::Load(d4, cell.point[k]), point);
     }
     hn::Store(point, d4, out.place[i]);
-    alignas(64) float columns[16];
-    for (uint32_t lane = 0; lane < 12; lane += static_cast<uint32_t>(hn::Lanes(d16))) {
-      auto sum = hn::Load(d16, cell.normal[0] + lane);
-      for (uint32_t k = 1; k < (cell.turns ? 8u : 1u); ++k) {
-        sum = hn::MulAdd(hn::Set(d16, factor[k]), hn::Load(d16, cell.normal[k] + lane), sum);
+    vec3 direction = unpack_direction(packed);
+    if (cell.turns) {
+      alignas(64) Columns columns;
+      for (uint32_t lane = 0; lane < 12; lane += static_cast<uint32_t>(hn::Lanes(d16))) {
+        auto sum = hn::LoadU(d16, cell.normal[0] + lane);
+        for (uint32_t k = 1; k < 8; ++k) {
+          sum = hn::MulAdd(hn::Set(d16, factor[k]), hn::LoadU(d16, cell.normal[k] + lane), sum);
+        }
+        hn::StoreU(sum, d16, columns.value[0] + lane);
       }
-      hn::Store(sum, d16, columns + lane);
+      const auto turned = apply(columns, direction.x, direction.y, direction.z, hn::Zero(d4));
+      hn::Store(turned, d4, out.normal[i]);
+      direction = vec3(out.normal[i][0], out.normal[i][1], out.normal[i][2]);
     }
-    const vec3 rest = unpack_direction(packed);
-    auto normal = hn::Mul(hn::Set(d4, rest.x), hn::Load(d4, columns));
-    normal = hn::MulAdd(hn::Set(d4, rest.y), hn::Load(d4, columns + 4), normal);
-    normal = hn::MulAdd(hn::Set(d4, rest.z), hn::Load(d4, columns + 8), normal);
-    hn::Store(normal, d4, out.normal[i]);
+    if (placed_ || !cell.turns) {
+      const auto placed = apply(normal_map_, direction.x, direction.y, direction.z, hn::Zero(d4));
+      hn::Store(placed, d4, out.normal[i]);
+    }
   }
 
   // As unpack_normal(), but not of unit length.
@@ -227,7 +259,8 @@ class Fetch {
   uint32_t first_unit_ = 0, units_of_ = 0, cells_ = 0;
   uint32_t block_ = 0, block_first_ = 0, block_end_ = 0;
   PosedBlock posed_;
-  mat3 normal_map_{1.0f};
+  Columns placement_, normal_map_;
+  bool placed_ = false;  // else both are identities
   uint32_t units_[kCached];
   PreparedCell table_[kCached];
 };

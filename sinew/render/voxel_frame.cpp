@@ -91,8 +91,8 @@ void shade_tile(const VoxelPass& pass, const Tile& tile, Image& out) {
     vec4* const pixels = &out.pixels[size_t{tile.top + y} * out.width + tile.left];
     vec4* const row = whole ? pixels : buffer;
     const uint16_t* const index = winners.index[y];
-    const bool covered = std::none_of(index, index + tile.width,
-                                      [](uint16_t i) { return i == kBackground; });
+    const bool covered =
+        std::none_of(index, index + tile.width, [](uint16_t i) { return i == kBackground; });
     if (!covered) lay_background(pass, tile, y, row);
     for (uint32_t x = 0; x < tile.width; ++x) {
       if (index[x] == kBackground) continue;
@@ -117,9 +117,10 @@ void shade_pass(const VoxelPass& pass, Image& out) {
     for (size_t i = begin; i < end; ++i) {
       const uint32_t left = static_cast<uint32_t>(i % columns) * kTileWidth;
       const uint32_t top = static_cast<uint32_t>(i / columns) * kTileHeight;
-      shade_tile(pass,
-                 {left, top, std::min(kTileWidth, width - left), std::min(kTileHeight, height - top)},
-                 out);
+      shade_tile(
+          pass,
+          {left, top, std::min(kTileWidth, width - left), std::min(kTileHeight, height - top)},
+          out);
     }
   });
 }

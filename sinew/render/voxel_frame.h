@@ -29,11 +29,11 @@ struct VoxelPass {
 void shade_pass(const VoxelPass& pass, Image& out);
 
 struct VoxelStats {
-  uint32_t objects = 0;   // present
-  uint32_t passes = 0;    // over the picture
-  RasterStats camera;     // of the last pass
-  RasterStats shadows;    // of all maps
-  double pose_ms = 0.0;   // objects to their poses; blocks are posed while they are drawn
+  uint32_t objects = 0;  // present
+  uint32_t passes = 0;   // over the picture
+  RasterStats camera;    // of the last pass
+  RasterStats shadows;   // of all maps
+  double pose_ms = 0.0;  // objects to their poses; blocks are posed while they are drawn
   double shadow_ms = 0.0;
   double draw_ms = 0.0;   // of all passes
   double shade_ms = 0.0;  // of passes that shade_pass() shades

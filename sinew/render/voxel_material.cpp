@@ -34,10 +34,9 @@ void fold_textures(const TextureTable& textures, Material& material) {
   const TextureRef& emissive = material.emissive_texture;
   material.emissive *= vec3(mean_of(textures.colors(emissive), emissive, true));
   material.transmission *= data(material.transmission_texture).x;
-  for (TextureRef* texture :
-       {&material.base_color_texture, &material.metallic_roughness_texture,
-        &material.normal_texture, &material.occlusion_texture, &material.emissive_texture,
-        &material.transmission_texture}) {
+  for (TextureRef* texture : {&material.base_color_texture, &material.metallic_roughness_texture,
+                              &material.normal_texture, &material.occlusion_texture,
+                              &material.emissive_texture, &material.transmission_texture}) {
     *texture = {};
   }
 }
@@ -76,7 +75,9 @@ void resolve_voxel(const VoxelSample& voxel, float diagonal, const VoxelMaterial
   const float side = cosine < kFromBehind ? -1.0f : 1.0f;
   cosine *= side;
   vec3 normal = side * voxel.normal;
-  if (cosine < kLeastCosine) normal = normalize(normal + (kLeastCosine - cosine) * view);
+  if (cosine < kLeastCosine) {
+    normal = normalize(normal + (std::max(-cosine, kProfile) - cosine) * view);
+  }
   out.position = out.lifted = voxel.position;
   out.normal = out.geometric_normal = normal;
   out.voxel = diagonal;

@@ -37,6 +37,9 @@ float widened_roughness(float roughness, float spread);
 // How far a voxel's normal may face away from the viewer (its cosine) before the voxel counts as
 // seen from behind. What is nearly in profile shades as seen from the front.
 inline constexpr float kFromBehind = -0.3f;
+// ... the least cosine that such a one is given: a voxel is too wide for all of it to gleam as
+// surfaces do at grazing angles.
+inline constexpr float kProfile = 0.15f;
 
 // The voxel as rays through its pixel meet it; `diagonal` is that of the drawn voxel, deformed.
 void resolve_voxel(const VoxelSample& voxel, float diagonal, const VoxelMaterial& material,

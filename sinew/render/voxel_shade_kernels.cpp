@@ -173,7 +173,8 @@ HWY_INLINE V3 face(V3 normal, V3 view) {
   const M behind = hn::Lt(cosine, splat(kFromBehind));
   normal = select(behind, normal * splat(-1.0f), normal);
   cosine = hn::IfThenElse(behind, hn::Neg(cosine), cosine);
-  const V3 bent = unit_or(add_scaled(normal, view, hn::Sub(least, cosine)), view);
+  const V target = hn::Max(hn::Neg(cosine), splat(kProfile));
+  const V3 bent = unit_or(add_scaled(normal, view, hn::Sub(target, cosine)), view);
   return select(hn::Lt(cosine, least), bent, normal);
 }
 
@@ -243,9 +244,9 @@ HWY_INLINE V lit_lanes(const VoxelShadowMap& shadow, const Lanes& s, V cosine, M
   for (uint32_t i = 0; i < shadow.views; ++i) {
     const RasterView& view = shadow.view[i];
     const V texel = hn::Mul(splat(shadow.texel), hn::Max(plane(view.w, s.position), zero()));
-    const V size = hn::Mul(splat(0.5f),
-                           hn::Max(s.diagonal, hn::Mul(splat(kCoarsestCaster), texel)));
-    const V lift = hn::MulAdd(cosine, size, hn::Mul(sine, hn::MulAdd(reach, texel, size)));
+    const V caster = hn::Max(s.diagonal, hn::Mul(splat(kCoarsestCaster), texel));
+    const V slope = hn::MulAdd(reach, texel, hn::Mul(splat(0.5f), caster));
+    const V lift = hn::MulAdd(splat(kVoxelHeight), caster, hn::Mul(sine, slope));
     const V3 p = add_scaled(s.position, s.normal, lift);
     const V scale = hn::Div(splat(1.0f), plane(view.w, p)), depth = plane(view.depth, p);
     const V x = hn::Mul(plane(view.x, p), scale), y = hn::Mul(plane(view.y, p), scale);
@@ -281,8 +282,7 @@ HWY_INLINE Arriving illuminate(const ShadingLight& light, V3 position) {
   }
   if (light.type == LightType::spot) {
     const V cosine = hn::Neg(dot(splat(light.direction), direction));
-    const V cone =
-        saturate(hn::MulAdd(cosine, splat(light.cone_scale), splat(light.cone_offset)));
+    const V cone = saturate(hn::MulAdd(cosine, splat(light.cone_scale), splat(light.cone_offset)));
     scale = hn::Mul(scale, hn::Mul(cone, cone));
   }
   return {direction, hn::IfThenElseZero(hn::Gt(d, zero()), scale)};
@@ -294,8 +294,8 @@ HWY_INLINE V3 add_light(const ShadingLight& light, const VoxelShadowMap& shadow,
   const V one = splat(1.0f);
   const Arriving arriving = illuminate(light, s.position);
   const V cosine = dot(s.normal, arriving.direction);
-  const M wanted = hn::AndNot(
-      s.unlit, hn::And(hn::Gt(cosine, zero()), hn::Gt(arriving.scale, zero())));
+  const M wanted =
+      hn::AndNot(s.unlit, hn::And(hn::Gt(cosine, zero()), hn::Gt(arriving.scale, zero())));
   if (hn::AllFalse(d, wanted)) return sum;
   V scale = hn::IfThenElseZero(wanted, hn::Mul(arriving.scale, cosine));
   if (shadow.views > 0) {
@@ -307,8 +307,8 @@ HWY_INLINE V3 add_light(const ShadingLight& light, const VoxelShadowMap& shadow,
   const V3 grazing = {s.grazing, s.grazing, s.grazing};
   const V3 fresnel = add_scaled(s.specular, grazing - s.specular, fresnel_share);
   const V peak = light.falloff ? hn::MulAdd(s.exponent, splat(0.125f), one) : one;
-  const V lobe = hn::Mul(hn::Mul(peak, splat(1.0f / kPi)),
-                         power(saturate(dot(s.normal, half)), s.exponent));
+  const V lobe =
+      hn::Mul(hn::Mul(peak, splat(1.0f / kPi)), power(saturate(dot(s.normal, half)), s.exponent));
   const V3 diffuse = s.albedo * splat(1.0f / kPi);
   const V3 ones = {one, one, one};
   const V3 reflected = diffuse * (ones - fresnel) + fresnel * lobe;
@@ -323,10 +323,8 @@ HWY_INLINE V3 add_environment(const VoxelLighting& l, const Lanes& s, V3 sum) {
   const V cosine = saturate(dot(s.normal, s.view));
   const V mirror_most = hn::Mul(hn::Sub(one, s.roughness), s.grazing);
   const V3 ceiling = max({mirror_most, mirror_most, mirror_most}, s.specular);
-  const V3 reflectance =
-      add_scaled(s.specular, ceiling - s.specular, pow5(hn::Sub(one, cosine)));
-  const V3 ambient =
-      e.ambient ? splat(*e.ambient) : sky_ambient(e, s.normal.y);
+  const V3 reflectance = add_scaled(s.specular, ceiling - s.specular, pow5(hn::Sub(one, cosine)));
+  const V3 ambient = e.ambient ? splat(*e.ambient) : sky_ambient(e, s.normal.y);
   const V3 ones = {one, one, one};
   V3 out = s.albedo * (ones - reflectance) * ambient * s.occlusion;
 
@@ -335,8 +333,7 @@ HWY_INLINE V3 add_environment(const VoxelLighting& l, const Lanes& s, V3 sum) {
   V traced = zero();
   const V3 sharp = sky(e, mirror_y);
   if (l.mirrors) {
-    const V x = saturate(
-        hn::Mul(hn::Sub(splat(0.35f), s.roughness), splat(1.0f / 0.15f)));
+    const V x = saturate(hn::Mul(hn::Sub(splat(0.35f), s.roughness), splat(1.0f / 0.15f)));
     const V share = hn::Mul(hn::Mul(x, x), hn::NegMulAdd(splat(2.0f), x, splat(3.0f)));
     const M worth = hn::Ge(hn::Mul(share, largest(reflectance)), splat(0.01f));
     traced = hn::IfThenElseZero(worth, share);

@@ -28,8 +28,7 @@ float pixel_of(const RasterView& view) {
   return 1.0f / length(across);
 }
 
-void aim(const ShadingLight& light, const VoxelBodies& bodies, uint32_t size,
-         VoxelShadowMap& out) {
+void aim(const ShadingLight& light, const VoxelBodies& bodies, uint32_t size, VoxelShadowMap& out) {
   if (light.type == LightType::directional) {
     out.views = 1;
     out.view[0] = directional_view(light.direction, bodies.boxes(), size);
@@ -48,8 +47,10 @@ float filter(const DepthMap& map, float x, float y, float depth) {
   float sum = 0.0f;
   for (int j = 0; j < 4; ++j) {
     for (int i = 0; i < 4; ++i) {
-      const int column = std::clamp(static_cast<int>(left) + i - 1, 0, static_cast<int>(map.width) - 1);
-      const int row = std::clamp(static_cast<int>(top) + j - 1, 0, static_cast<int>(map.height) - 1);
+      const int column =
+          std::clamp(static_cast<int>(left) + i - 1, 0, static_cast<int>(map.width) - 1);
+      const int row =
+          std::clamp(static_cast<int>(top) + j - 1, 0, static_cast<int>(map.height) - 1);
       const size_t texel = static_cast<size_t>(row) * map.width + static_cast<size_t>(column);
       if (depth <= map.depth[texel]) sum += weight_x[i] * weight_y[j];
     }

@@ -39,13 +39,16 @@ struct ShadowReceiver {
 
 inline constexpr float kFilterReach = 2.0f;     // texels
 inline constexpr float kCoarsestCaster = 2.5f;  // texels: the diagonal of a voxel in the map
+inline constexpr float kVoxelHeight = 1.25f;    // diagonals: how much higher than a voxel's middle
+                                              // its neighbours on the same plane may reach
 
-// By how much a voxel lifts its lookup along its normal; `texel` at its depth. Metres.
-//   c * size: the depth of a voxel that faces the light; s * size: that of a slope under the filter
+// By how much a voxel lifts its lookup along its normal; `texel` at its depth. Metres. Besides what
+// neighbours reach above it, a slope rises under the filter and under voxels that are flat in the
+// map.
 inline float shadow_lift(float cosine, float diagonal, float texel) {
   const float sine = std::sqrt(std::max(0.0f, 1.0f - cosine * cosine));
-  const float size = 0.5f * std::max(diagonal, kCoarsestCaster * texel);
-  return cosine * size + sine * (kFilterReach * texel + size);
+  const float caster = std::max(diagonal, kCoarsestCaster * texel);
+  return kVoxelHeight * caster + sine * (kFilterReach * texel + 0.5f * caster);
 }
 
 // The share of the light that voxels let through, 0..1; 1 outside of the maps.

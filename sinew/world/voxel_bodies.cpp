@@ -23,7 +23,8 @@ void VoxelBodies::bind(const Scene& scene) {
   boxes_.clear();
 }
 
-// The object of this pose that looks the same but for its placement; the object itself if none does.
+// The object of this pose that looks the same but for its placement; the object itself if none
+// does.
 uint32_t VoxelBodies::posed_as(const Scene& scene, const ScenePose& pose, uint32_t object) const {
   const SceneVoxels& what = scene.voxels[object];
   const Pose& wanted = pose.voxels[object];

@@ -36,10 +36,10 @@ class VoxelBodies {
   uint32_t posed_as(const Scene& scene, const ScenePose& pose, uint32_t object) const;
   void list_boxes();
 
-  std::vector<SvoMotion> motions_;   // one an octree
-  std::vector<PosedSvo> posed_;      // one an object; only leaders' are used
-  std::vector<uint32_t> leader_;     // of each object: the first one with this octree and pose
-  std::vector<uint32_t> leaders_;    // in this pose
+  std::vector<SvoMotion> motions_;  // one an octree
+  std::vector<PosedSvo> posed_;     // one an object; only leaders' are used
+  std::vector<uint32_t> leader_;    // of each object: the first one with this octree and pose
+  std::vector<uint32_t> leaders_;   // in this pose
   std::vector<VoxelInstance> instances_;
   std::vector<uint32_t> objects_;
   std::vector<Box> boxes_;

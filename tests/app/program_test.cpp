@@ -56,7 +56,7 @@ TEST(Program, UsageErrorsAre2AndSayWhatToDo) {
       {{"render", "a.obj", "-o", "a.png", "--frames", "1", "--time", "0"}, "--time"},
       {{"render", "a.obj", "-o", "a.jpg"}, "'jpg' files are not written"},
       {{"render", "a.obj", "-o", "a.webp", "--size", "16384x16"}, "16383"},
-      {{"render", "a.obj", "-o", "a.png", "--mode", "voxels"}, "planned"},
+      {{"render", "a.obj", "-o", "a.png", "--voxelize", "body"}, "--mode mixed"},
       {{"render", "a.obj", "-o", "a.png", "--mode", "clouds"}, "unknown"},
       {{"render", "a.obj", "-o", "a.png", "--update", "sometimes"}, "unknown"},
       {{"render", "a.obj", "-o", "a.png", "--camera", "eye=1,2"}, "--camera"},

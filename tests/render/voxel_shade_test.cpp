@@ -76,9 +76,8 @@ VoxelShadowMap random_shadow(Random& random, const ShadingLight& light) {
 }
 
 vec3 shade_one(const VoxelLighting& l, const VoxelSample& sample) {
-  const vec3 view = l.camera.orthographic
-                        ? l.camera.to_world[2]
-                        : normalize(l.camera.to_world[3] - sample.position);
+  const vec3 view = l.camera.orthographic ? l.camera.to_world[2]
+                                          : normalize(l.camera.to_world[3] - sample.position);
   Surface s;
   resolve_voxel(sample, std::sqrt(3.0f) * sample.size, l.materials[sample.material], view, s);
   if (s.unlit) return s.emission;
@@ -103,8 +102,7 @@ void expect_same_light(const VoxelLighting& lighting, uint32_t count, Random& ra
   std::vector<VoxelSample> samples;
   batch->count = count;
   for (uint32_t i = 0; i < count; ++i) {
-    samples.push_back(
-        random_sample(random, static_cast<uint32_t>(lighting.materials.size())));
+    samples.push_back(random_sample(random, static_cast<uint32_t>(lighting.materials.size())));
     batch->set(i, samples[i]);
   }
   batch->pad();
@@ -161,8 +159,8 @@ TEST(VoxelShade, BackgroundIsTheEnvironmentOfCameraRays) {
     std::vector<vec4> row(37);
     shade_background(environment, camera, {3.5f, 1.0f, 20.25f, 101, 67, 37}, row.data());
     for (uint32_t i = 0; i < row.size(); ++i) {
-      const vec3 expected = environment_radiance(
-          environment, rays(3.5f + static_cast<float>(i), 20.25f).direction);
+      const vec3 expected =
+          environment_radiance(environment, rays(3.5f + static_cast<float>(i), 20.25f).direction);
       EXPECT_NEAR(length(vec3(row[i]) - expected), 0.0f, 1e-5f);
       EXPECT_EQ(row[i].w, 1.0f);
     }
