@@ -8,10 +8,11 @@ void VoxelBatch::set(uint32_t i, const VoxelSample& sample) {
   for (int axis = 0; axis < 3; ++axis) {
     place[i][axis] = sample.position[axis];
     normal[i][axis] = sample.normal[axis];
+    color[i][axis] = sample.color[axis];
   }
   place[i][3] = std::sqrt(3.0f) * sample.size;
   normal[i][3] = sample.spread;
-  color[i] = pack_color(sample.color);
+  color[i][3] = 0.0f;
   material[i] = sample.material;
 }
 
@@ -20,8 +21,8 @@ void VoxelBatch::pad() {
     for (int axis = 0; axis < 4; ++axis) {
       place[i][axis] = place[count - 1][axis];
       normal[i][axis] = normal[count - 1][axis];
+      color[i][axis] = color[count - 1][axis];
     }
-    color[i] = color[count - 1];
     material[i] = material[count - 1];
   }
 }

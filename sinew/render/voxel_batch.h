@@ -15,7 +15,7 @@ struct VoxelBatch {
   uint32_t count = 0;
   alignas(64) float place[kMostWinners][4];   // world: middle of the drawn voxel; its diagonal
   alignas(64) float normal[kMostWinners][4];  // world, of any length; then VoxelSample::spread
-  alignas(64) uint32_t color[kMostWinners];   // as pack_color()
+  alignas(64) float color[kMostWinners][4];   // linear; then 0
   alignas(64) uint32_t material[kMostWinners];
 
   void set(uint32_t i, const VoxelSample& sample);

@@ -32,12 +32,12 @@ struct alignas(64) PreparedCell {
   alignas(64) float normal[8][12];  // of the map of normals in the object: columns of 4, 3 used
   float behind_normal[4];           // read with the last row
   alignas(64) float point[8][4];    // of the map of points to the world
-  uint64_t masks[8];                // bricks by their place
-  uint64_t coarse;
-  const SvoLevel* levels;
-  const SvoLevel* cell_level;
-  uint32_t first[4];   // where its voxels of each level begin
-  uint16_t before[8];  // voxels in the bricks before
+  uint64_t masks[8];           // bricks by their place
+  uint16_t before[8];          // voxels in the bricks before
+  uint32_t first_voxel;        // where they begin
+  uint32_t first_brick;        // where its bricks do
+  uint32_t index;              // of the cell
+  uint32_t block;
   uint32_t bricks;
   uint32_t material;
   float diagonal;  // of a voxel of level 0, deformed
@@ -138,16 +138,13 @@ class Fetch {
     find_block(index);
     const SvoCell& cell = svo_->cells[index];
     const SvoBlock& block = svo_->blocks[block_];
-    out.levels = svo_->levels;
-    out.cell_level = &svo_->cell_level;
-    out.coarse = cell.coarse;
     out.bricks = cell.bricks;
     out.material = cell.material;
-    for (int level = 0; level < 3; ++level) {
-      out.first[level] = block.first_voxel[level] + cell.first_voxel[level];
-    }
-    out.first[3] = index;
-    const uint64_t* mask = svo_->bricks.data() + block.first_brick + cell.first_brick;
+    out.first_voxel = block.first_voxel + cell.first_voxel;
+    out.first_brick = block.first_brick + cell.first_brick;
+    out.index = index;
+    out.block = block_;
+    const uint64_t* mask = svo_->bricks.data() + out.first_brick;
     uint32_t before = 0;
     for (uint32_t i = 0; i < 8; ++i) {
       out.before[i] = static_cast<uint16_t>(before);
@@ -194,27 +191,36 @@ class Fetch {
   }
 
   HWY_INLINE void fetch(const PreparedCell& cell, VoxelCode code, uint32_t i, VoxelBatch& out) {
-    const uint32_t level = level_of(code), bit = code - kFirstCode[level];
-    uint32_t index = cell.first[level];
-    if (HWY_LIKELY(level == 0)) {
-      index += cell.before[bit >> 6] + bits_below(cell.masks[bit >> 6], bit & 63);
-    } else if (level < 3) {
-      index += bits_below(level == 1 ? cell.coarse : cell.bricks, bit);
+    vec3 direction, color;
+    out.normal[i][3] = 1.0f;
+    const uint32_t brick = code >> 6;
+    if (HWY_LIKELY(code < kFirstCode[1])) {
+      const uint32_t rank = bits_below(cell.masks[brick], code & 63);
+      const VoxelIndex at{cell.first_voxel + cell.before[brick] + rank,
+                          cell.first_brick + bits_below(cell.bricks, brick)};
+      direction = unpack_direction(svo_->normals[at.voxel]);
+      color = voxel_color(*svo_, at);
+    } else {
+      const VoxelAttributes a = voxel_attributes(*svo_, svo_->blocks[cell.block],
+                                                 svo_->cells[cell.index], code);
+      direction = a.normal;
+      color = a.color;
+      out.normal[i][3] = a.spread;
     }
-    const SvoLevel& attributes = level == 3 ? *cell.cell_level : cell.levels[level];
-    out.color[i] = attributes.colors[index];
+    const float spread = out.normal[i][3];
     out.material[i] = cell.material;
-    const float spread = level == 0 ? 1.0f : static_cast<float>(attributes.spreads[index]) / 255.0f;
+    for (int c = 0; c < 3; ++c) out.color[i][c] = color[c];
+    out.color[i][3] = 0.0f;
     const VoxelPlace place = place_of(code);
     const float side = static_cast<float>(place.side);
     const vec3 at = (vec3(place.min) + 0.5f * side) * (1.0f / static_cast<float>(kCellSide));
-    map(cell, at, attributes.normals[index], i, out);
+    map(cell, at, direction, i, out);
     out.place[i][3] = cell.diagonal * side;
     out.normal[i][3] = spread;
   }
 
   // Moves the voxel's middle and its normal to the world.
-  HWY_INLINE void map(const PreparedCell& cell, vec3 at, uint16_t packed, uint32_t i,
+  HWY_INLINE void map(const PreparedCell& cell, vec3 at, vec3 direction, uint32_t i,
                       VoxelBatch& out) {
     const D4 d4;
     const D16 d16;
@@ -225,7 +231,6 @@ class Fetch {
       point = hn::MulAdd(hn::Set(d4, factor[k]), hn::Load(d4, cell.point[k]), point);
     }
     hn::Store(point, d4, out.place[i]);
-    vec3 direction = unpack_direction(packed);
     if (cell.turns) {
       alignas(64) Columns columns;
       for (uint32_t lane = 0; lane < 12; lane += static_cast<uint32_t>(hn::Lanes(d16))) {

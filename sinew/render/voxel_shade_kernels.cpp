@@ -145,13 +145,6 @@ HWY_INLINE MaterialLanes load_material(const VoxelMaterial* table, const uint32_
   return out;
 }
 
-HWY_INLINE V channel(VI packed, int shift, int mask, float scale) {
-  const DI di;
-  const VI bits = hn::And(hn::ShiftRightSame(packed, shift), hn::Set(di, mask));
-  const V root = hn::Mul(hn::ConvertTo(D(), bits), splat(scale));
-  return hn::Mul(root, root);
-}
-
 HWY_INLINE V phong_exponent(V roughness) {
   const V alpha = hn::Mul(roughness, roughness);
   const V alpha2 = hn::Max(hn::Mul(alpha, alpha), splat(1e-6f));
@@ -181,7 +174,6 @@ HWY_INLINE V3 face(V3 normal, V3 view) {
 HWY_INLINE void load_surface(const VoxelLighting& l, const VoxelBatch& batch, uint32_t i,
                              Lanes& out) {
   const D d;
-  const DI di;
   V spread;
   V3 direction;
   hn::LoadInterleaved4(d, batch.place[i], out.position.x, out.position.y, out.position.z,
@@ -194,9 +186,9 @@ HWY_INLINE void load_surface(const VoxelLighting& l, const VoxelBatch& batch, ui
   }
   out.normal = face(unit_or(direction, out.view), out.view);
 
-  const VI packed = hn::Load(di, reinterpret_cast<const int32_t*>(batch.color + i));
-  const V3 base = {channel(packed, 11, 31, 1.0f / 31.0f), channel(packed, 5, 63, 1.0f / 63.0f),
-                   channel(packed, 0, 31, 1.0f / 31.0f)};
+  V unused;
+  V3 base;
+  hn::LoadInterleaved4(d, batch.color[i], base.x, base.y, base.z, unused);
   const MaterialLanes m = load_material(l.materials.data(), batch.material + i);
   const V one = splat(1.0f), metallic = m.value[7], dull = hn::Sub(one, metallic);
   out.unlit = hn::Gt(m.value[10], zero());

@@ -1,6 +1,9 @@
 // Small arithmetic of one brick: its level 1, and its colours.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
+
 #include "sinew/svo/format.h"
 
 namespace sinew {
@@ -18,6 +21,16 @@ inline uint64_t coarse_of_brick(uint64_t voxels) {
 }
 inline uint32_t coarse_shift(uint32_t brick) {
   return 2 * (brick & 1) + 8 * (brick >> 1 & 1) + 32 * (brick >> 2);
+}
+
+// unpack_normal(), inlined.
+inline vec3 unit_normal(uint16_t packed) {
+  const float x = static_cast<float>(static_cast<int>(packed & 255) - 127);
+  const float y = static_cast<float>(static_cast<int>(packed >> 8) - 127);
+  const float z = 127.0f - std::abs(x) - std::abs(y);
+  const float fold = std::max(-z, 0.0f);
+  const vec3 d(x - std::copysign(fold, x), y - std::copysign(fold, y), z);
+  return d * (1.0f / std::sqrt(dot(d, d)));
 }
 
 // Square roots of a packed colour's linear values.

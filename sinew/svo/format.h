@@ -118,7 +118,7 @@ inline VoxelPlace place_of(VoxelCode code) {
 // Attributes of what is above voxels.
 struct SvoLevel {
   std::vector<uint16_t> normals;  // see pack_normal: at rest
-  std::vector<uint16_t> colors;   // see pack_color: diffuse reflectance
+  std::vector<uint16_t> colors;   // see pack_color: base colour
   std::vector<uint8_t> spreads;   // length of the mean normal * 255
 };
 

@@ -141,7 +141,7 @@ void resize(const SvoFrame& frame, const Offsets& end, bool exact_colors, Svo& s
 
 template <class T>
 void copy_to(const std::vector<T>& from, std::vector<T>& to, uint64_t at) {
-  std::ranges::copy(from, to.begin() + static_cast<ptrdiff_t>(at));
+  if (!from.empty()) std::ranges::copy(from, to.begin() + static_cast<ptrdiff_t>(at));
 }
 
 void copy_level(const SvoLevel& from, size_t at, SvoLevel& to) {
@@ -195,12 +195,9 @@ void copy_part(const BlockPart& part, std::span<const uint16_t> palette, const O
   }
 }
 
-tl::unexpected<Error> too_large(const char* what) {
-  return fail({ErrorKind::bad_input,
-               {},
-               {},
-               std::string("the octree has too many ") + what,
-               "choose a lower resolution"});
+tl::unexpected<Error> too_large(const char* what, const char* remedy) {
+  return fail(
+      {ErrorKind::bad_input, {}, {}, std::string("the octree has too many ") + what, remedy});
 }
 
 uint32_t level_that_holds(uvec3 resolution) {
@@ -220,11 +217,13 @@ Result<Svo> join_parts(const SvoFrame& frame, std::span<const BlockPart> parts) 
   }
   std::vector<Offsets> at(parts.size() + 1);
   for (size_t b = 0; b < parts.size(); ++b) {
-    if (palettes[b].size() > 256) return too_large("joints in one block");
+    if (palettes[b].size() > 256) {
+      return too_large("joints in one block", "choose a higher resolution: blocks get smaller");
+    }
     at[b + 1] = after(at[b], parts[b], palettes[b].size());
   }
   const Offsets& end = at.back();
-  if (end.largest() > 0xffffffffu) return too_large("voxels");
+  if (end.largest() > 0xffffffffu) return too_large("voxels", "choose a lower resolution");
   Svo svo;
   svo.grid = frame.grid;
   svo.joints = frame.joints;
@@ -233,7 +232,8 @@ Result<Svo> join_parts(const SvoFrame& frame, std::span<const BlockPart> parts) 
   svo.root_level = level_that_holds(frame.grid.resolution);
   if (parts.empty()) return svo;
   make_nodes(parts, svo);
-  if (svo.nodes.size() + end.cells > kMostUnits) return too_large("cells");
+  if (svo.nodes.size() + end.cells > kMostUnits)
+    return too_large("cells", "choose a lower resolution");
   for (size_t b = 0; b < parts.size(); ++b) svo.blocks.push_back(block_at(at[b], parts[b].morton));
   svo.blocks.push_back(block_at(end, 0));
   resize(frame, end, parts.front().exact_colors, svo);

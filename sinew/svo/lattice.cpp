@@ -10,20 +10,17 @@ namespace sinew {
 namespace {
 
 constexpr uint32_t kNone = 0xffffffffu;
-constexpr int kGridSide = 10;  // the cells of a block, and one more all around
+constexpr uint32_t kGridSide = 10;  // the cells of a block, and one more all around
+constexpr uint32_t kGridCells = kGridSide * kGridSide * kGridSide;
 
 // A sheet of the block, or of a cell beside it.
 struct NearSheet {
   const Sheet* sheet = nullptr;
   const SheetMasks* masks = nullptr;  // null without solid filling
   uvec3 place{0};                     // of its cell in the grid: 1..8 within the block
-  // For the cells around: the last sheet there that it was joined with.
-  uint32_t joined[27];
-
-  NearSheet(const Sheet& of, const SheetMasks* its_masks, uvec3 at)
-      : sheet(&of), masks(its_masks), place(at) {
-    std::ranges::fill(joined, kNone);
-  }
+  bool own = false;                   // of the block
+  uint32_t first_vertex = 0;          // in the block's vertices, or in CornerJoiner::others_
+  uint32_t vertices = 0;
 };
 
 uint32_t grid_index(uvec3 place) {
@@ -57,16 +54,10 @@ struct AllCommonCorners {
 };
 const AllCommonCorners kCommonCorners;
 
-// Which of the cells around the first the second is: an index of AllCommonCorners, or kNone.
-uint32_t step_between(uvec3 first, uvec3 second) {
-  const uvec3 step = second + 1u - first;  // wraps below 0
-  if (step.x > 2 || step.y > 2 || step.z > 2) return kNone;
-  return step.x + 3 * step.y + 9 * step.z;
-}
-
 class CornerJoiner {
  public:
-  CornerJoiner(std::span<const BlockSheets> blocks, size_t block) : blocks_(blocks), own_(block) {}
+  CornerJoiner(std::span<const BlockSheets> blocks, size_t block)
+      : blocks_(blocks), own_(block), keys_(2 * blocks[block].keys.size()) {}
 
   void collect();
   void join_by_vertices();
@@ -78,9 +69,9 @@ class CornerJoiner {
  private:
   void add_sheets(const BlockSheets& block, uint32_t cell, uvec3 place);
   void collect_neighbour(glm::ivec3 step);
-  void add_vertices(const BlockSheets& block, uint32_t sheet, uint32_t index);
-  void join(uint32_t a, uint32_t b);
-  void join_list(uint32_t head);
+  bool has_stamped(const NearSheet& sheet, uint32_t stamp) const;
+  void join_around(uint32_t sheet);
+  void join(uint32_t a, uint32_t b, uint32_t step);
   uint32_t root(uint32_t node);
 
   std::span<const BlockSheets> blocks_;
@@ -88,32 +79,32 @@ class CornerJoiner {
   std::vector<NearSheet> sheets_;  // the block's own, in its order, then others
   uint32_t own_sheets_ = 0;
   std::vector<uint32_t> parent_;  // union-find over 8 * sheet + corner
-  KeyTable keys_;
-  // Which sheets have a vertex: linked lists, by its number.
-  struct Link {
-    uint32_t sheet, next;
-  };
-  std::vector<uint32_t> heads_;
-  std::vector<Link> links_;
-  std::vector<uint32_t> at_place_;  // scratch of join_list: last link by grid_index
-  std::vector<uint32_t> same_place_;
+  KeyTable keys_;                 // vertices: the block's own with their numbers, then others
+  std::vector<uint32_t> others_;  // vertices of the sheets around
+  std::vector<uint32_t> stamps_;  // of each vertex: the last sheet that was asked about
+  uint32_t first_at_[kGridCells] = {}, end_at_[kGridCells] = {};  // sheets by grid_index
   std::vector<uint16_t> index_;
 };
 
-void CornerJoiner::add_vertices(const BlockSheets& block, uint32_t sheet, uint32_t index) {
-  for (const uint32_t v : block.vertices_of(sheet)) {
-    const uint32_t number = keys_.number(block.keys[v]);
-    if (number == heads_.size()) heads_.push_back(kNone);
-    links_.push_back({index, heads_[number]});
-    heads_[number] = static_cast<uint32_t>(links_.size() - 1);
-  }
-}
-
 void CornerJoiner::add_sheets(const BlockSheets& block, uint32_t cell, uvec3 place) {
+  const bool own = &block == &blocks_[own_];
+  const uint32_t at = grid_index(place);
+  first_at_[at] = static_cast<uint32_t>(sheets_.size());
   for (uint32_t s = block.first_sheet[cell]; s < block.first_sheet[cell + 1]; ++s) {
-    add_vertices(block, s, static_cast<uint32_t>(sheets_.size()));
-    sheets_.emplace_back(block.sheets[s], block.masks.empty() ? nullptr : &block.masks[s], place);
+    const std::span<const uint32_t> vertices = block.vertices_of(s);
+    NearSheet sheet;
+    sheet.sheet = &block.sheets[s];
+    sheet.masks = block.masks.empty() ? nullptr : &block.masks[s];
+    sheet.place = place;
+    sheet.own = own;
+    sheet.first_vertex = own ? sheet.sheet->first_vertex : static_cast<uint32_t>(others_.size());
+    sheet.vertices = static_cast<uint32_t>(vertices.size());
+    if (!own) {
+      for (const uint32_t v : vertices) others_.push_back(keys_.number(block.keys[v]));
+    }
+    sheets_.push_back(sheet);
   }
+  end_at_[at] = static_cast<uint32_t>(sheets_.size());
 }
 
 // The cells of the block at `step` that touch this one.
@@ -138,6 +129,7 @@ void CornerJoiner::collect_neighbour(glm::ivec3 step) {
 
 void CornerJoiner::collect() {
   const BlockSheets& own = blocks_[own_];
+  for (const uint64_t key : own.keys) keys_.number(key);  // each once, in their order
   for (uint32_t cell = 0; cell < 512; ++cell) add_sheets(own, cell, voxel_of(cell) + 1u);
   own_sheets_ = static_cast<uint32_t>(sheets_.size());
   for (int i = 0; i < 27; ++i) {
@@ -152,10 +144,8 @@ uint32_t CornerJoiner::root(uint32_t node) {
   return node;
 }
 
-void CornerJoiner::join(uint32_t a, uint32_t b) {
-  const uint32_t step = step_between(sheets_[a].place, sheets_[b].place);
-  if (step == kNone || sheets_[a].joined[step] == b) return;
-  sheets_[a].joined[step] = b;
+// `step`: from the cell of `a` to that of `b`, an index of AllCommonCorners.
+void CornerJoiner::join(uint32_t a, uint32_t b, uint32_t step) {
   const CommonCorners& common = kCommonCorners.of[step];
   for (uint32_t i = 0; i < common.count; ++i) {
     const uint32_t p = root(8 * a + common.of_first[i]), q = root(8 * b + common.of_second[i]);
@@ -163,50 +153,31 @@ void CornerJoiner::join(uint32_t a, uint32_t b) {
   }
 }
 
-// Joins the sheets that have one vertex. Few: each with each. Many, where triangles are larger than
-// cells: by a grid of where they are.
-void CornerJoiner::join_list(uint32_t head) {
-  constexpr uint32_t kFew = 12;
-  uint32_t list[kFew], count = 0;
-  for (uint32_t l = head; l != kNone; l = links_[l].next) {
-    if (count < kFew) list[count] = links_[l].sheet;
-    ++count;
-  }
-  if (count <= kFew) {
-    for (uint32_t i = 0; i < count; ++i) {
-      for (uint32_t j = i + 1; j < count; ++j) join(list[i], list[j]);
+bool CornerJoiner::has_stamped(const NearSheet& sheet, uint32_t stamp) const {
+  const uint32_t* const list = (sheet.own ? blocks_[own_].vertices : others_).data();
+  const uint32_t* const first = list + sheet.first_vertex;
+  return std::any_of(first, first + sheet.vertices,
+                     [&](uint32_t v) { return stamps_[v] == stamp; });
+}
+
+// With the sheets of half the cells around, those that come later; the other half has asked before.
+void CornerJoiner::join_around(uint32_t index) {
+  const NearSheet& sheet = sheets_[index];
+  const uint32_t* const list = (sheet.own ? blocks_[own_].vertices : others_).data();
+  for (uint32_t i = 0; i < sheet.vertices; ++i) stamps_[list[sheet.first_vertex + i]] = index;
+  for (uint32_t step = 14; step < 27; ++step) {
+    const uvec3 place = sheet.place + uvec3(step % 3, step / 3 % 3, step / 9) - 1u;
+    if (place.x >= kGridSide || place.y >= kGridSide || place.z >= kGridSide) continue;
+    const uint32_t at = grid_index(place);
+    for (uint32_t other = first_at_[at]; other < end_at_[at]; ++other) {
+      if (has_stamped(sheets_[other], index)) join(index, other, step);
     }
-    return;
-  }
-  at_place_.resize(kGridSide * kGridSide * kGridSide, kNone);
-  same_place_.resize(links_.size());
-  for (uint32_t l = head; l != kNone; l = links_[l].next) {
-    const uint32_t sheet = links_[l].sheet;
-    const glm::ivec3 place(sheets_[sheet].place);
-    const glm::ivec3 low = glm::max(place - 1, 0), high = glm::min(place + 1, kGridSide - 1);
-    for (int z = low.z; z <= high.z; ++z) {
-      for (int y = low.y; y <= high.y; ++y) {
-        for (int x = low.x; x <= high.x; ++x) {
-          const uint32_t at = grid_index(uvec3(x, y, z));
-          for (uint32_t o = at_place_[at]; o != kNone; o = same_place_[o]) {
-            join(sheet, links_[o].sheet);
-          }
-        }
-      }
-    }
-    uint32_t& last = at_place_[grid_index(sheets_[sheet].place)];
-    same_place_[l] = last;
-    last = l;
-  }
-  for (uint32_t l = head; l != kNone; l = links_[l].next) {
-    at_place_[grid_index(sheets_[links_[l].sheet].place)] = kNone;
   }
 }
 
 void CornerJoiner::join_by_vertices() {
-  for (const uint32_t head : heads_) {
-    if (links_[head].next != kNone) join_list(head);
-  }
+  stamps_.assign(keys_.size(), kNone);
+  for (uint32_t s = 0; s < sheets_.size(); ++s) join_around(s);
 }
 
 // The voxels of `masks` on the cell's face across `axis`, as 64 bits of the other two coordinates.
@@ -227,27 +198,28 @@ uint64_t face_of(const std::array<uint64_t, 8>& masks, int axis, bool far) {
 // Sheets of cells with a common face, where filling on one side meets anything on the other.
 void CornerJoiner::join_inside() {
   if (sheets_.empty() || !sheets_[0].masks) return;
-  std::vector<std::vector<uint32_t>> at(kGridSide * kGridSide * kGridSide);
-  for (uint32_t s = 0; s < sheets_.size(); ++s) at[grid_index(sheets_[s].place)].push_back(s);
   for (uint32_t a = 0; a < sheets_.size(); ++a) {
     for (int axis = 0; axis < 3; ++axis) {
       uvec3 next = sheets_[a].place;
       if (++next[axis] >= kGridSide) continue;
-      for (const uint32_t b : at[grid_index(next)]) {
+      const uint32_t at = grid_index(next);
+      for (uint32_t b = first_at_[at]; b < end_at_[at]; ++b) {
         const SheetMasks &m = *sheets_[a].masks, &n = *sheets_[b].masks;
         const uint64_t meets = (face_of(m.inside, axis, true) & face_of(n.all, axis, false)) |
                                (face_of(m.all, axis, true) & face_of(n.inside, axis, false));
-        if (meets != 0) join(a, b);
+        if (meets != 0) join(a, b, axis == 0 ? 14 : axis == 1 ? 16 : 22);
       }
     }
   }
 }
 
 void CornerJoiner::number(BlockPart& part, std::vector<SheetPoint>& points) {
+  // Parents come first, so one pass makes them roots.
+  for (uint32_t& parent : parent_) parent = parent_[parent];
   std::vector<uint32_t> corner_of(parent_.size(), kNone);  // by root
   index_.resize(8 * size_t{own_sheets_});
   for (uint32_t node = 0; node < index_.size(); ++node) {
-    uint32_t& corner = corner_of[root(node)];
+    uint32_t& corner = corner_of[parent_[node]];
     if (corner == kNone) {
       corner = static_cast<uint32_t>(part.corners.size());
       const uint32_t k = node & 7;
@@ -260,7 +232,7 @@ void CornerJoiner::number(BlockPart& part, std::vector<SheetPoint>& points) {
   }
   points.assign(part.corners.size(), SheetPoint{});
   for (uint32_t node = 0; node < parent_.size(); ++node) {
-    const uint32_t corner = corner_of[root(node)];
+    const uint32_t corner = corner_of[parent_[node]];
     if (corner == kNone) continue;
     const SheetPoint& point = sheets_[node >> 3].sheet->near[node & 7];
     if (nearer(point, points[corner])) points[corner] = point;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <tuple>
 
 namespace sinew {
 namespace {
@@ -74,10 +73,6 @@ LatticeSource lattice_source(const VoxelGrid& grid, const SvoSource& source) {
     }
   }
   return out;
-}
-
-bool nearer(const SheetPoint& a, const SheetPoint& b) {
-  return std::tie(a.distance2, a.triangle, a.v, a.w) < std::tie(b.distance2, b.triangle, b.v, b.w);
 }
 
 SheetPoint nearest_point(const LatticeSource& source, uint32_t triangle, vec3 to) {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <limits>
 #include <span>
+#include <tuple>
 
 #include "sinew/motion/motion.h"
 #include "sinew/svo/block_part.h"
@@ -31,7 +32,10 @@ struct SheetPoint {
   float v = 0.0f, w = 0.0f;
 };
 // A total order, so that whoever compares the same points takes the same one.
-bool nearer(const SheetPoint& a, const SheetPoint& b);
+inline bool nearer(const SheetPoint& a, const SheetPoint& b) {
+  if (a.distance2 != b.distance2) return a.distance2 < b.distance2;
+  return std::tie(a.triangle, a.v, a.w) < std::tie(b.triangle, b.v, b.w);
+}
 
 // The point of the triangle that is nearest to `to`.
 SheetPoint nearest_point(const LatticeSource& source, uint32_t triangle, vec3 to);

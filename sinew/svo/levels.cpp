@@ -11,16 +11,6 @@
 namespace sinew {
 namespace {
 
-// unpack_normal(), inlined.
-vec3 unit_normal(uint16_t packed) {
-  const float x = static_cast<float>(static_cast<int>(packed & 255) - 127);
-  const float y = static_cast<float>(static_cast<int>(packed >> 8) - 127);
-  const float z = 127.0f - std::abs(x) - std::abs(y);
-  const float fold = std::max(-z, 0.0f);
-  const vec3 d(x - std::copysign(fold, x), y - std::copysign(fold, y), z);
-  return d * (1.0f / std::sqrt(dot(d, d)));
-}
-
 vec3 sum_of_normals(const uint16_t* normals, uint32_t count) {
   vec3 sum(0.0f);
   for (uint32_t v = 0; v < count; ++v) sum += unit_normal(normals[v]);

@@ -101,7 +101,11 @@ bool pose_fits(const Svo& svo, const Pose& pose) {
 void PosedSvo::set_pose(const SvoMotion& motion, const Pose& pose) {
   const Svo& svo = *motion.svo;
   SINEW_DCHECK(sinew::pose_fits(svo, pose));
-  if (motion_ != &motion) {
+  // Another motion may come to lie where one was.
+  const bool same = motion_ == &motion && made_.size() == svo.block_count() &&
+                    positions_.size() == svo.corner_places.size() &&
+                    cofactors_.size() == (svo.joints > 0 ? svo.corner_places.size() : 0);
+  if (!same) {
     made_.assign(svo.block_count(), 0);
     positions_ = Buffer<vec3>(svo.corner_places.size());
     cofactors_ = Buffer<mat3>(svo.joints > 0 ? svo.corner_places.size() : 0);

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "sinew/svo/block_ranges.h"
+#include "sinew/svo/brick.h"
 #include "sinew/svo/cell_sheets.h"
 #include "sinew/svo/corners.h"
 
@@ -13,11 +14,13 @@ namespace {
 
 // Mean of the attributes of a voxel's fragments that lie in one copy. Every fragment counts the
 // same: fragments are small where triangles are, and their mean is what a pixel of that size shows.
+// Of colours, the square roots that are stored: they differ little within a voxel.
 struct FragmentMean {
   uint32_t count = 0;
   uint16_t normal = 0, color = 0;  // of the first
-  bool same = true;                // as all others; then `sum` is not kept
-  AttributeSum sum;
+  bool same = true;                // as all others; then the sums are not kept
+  vec3 normals{0.0f};
+  uint32_t red = 0, green = 0, blue = 0;
 
   void add(const VoxelFragment& fragment) {
     if (count++ == 0) {
@@ -28,18 +31,34 @@ struct FragmentMean {
     }
     if (same && fragment.normal == normal && fragment.color == color) return;
     if (same) {
-      const float n = static_cast<float>(count - 1);
-      sum = {n * unpack_normal(normal), n * unpack_color(color), n};
       same = false;
+      normals = vec3(0.0f);
+      red = green = blue = 0;
+      add_to_sums(normal, color, count - 1);
     }
-    sum.add({unpack_normal(fragment.normal), unpack_color(fragment.color), 1.0f});
+    add_to_sums(fragment.normal, fragment.color, 1);
   }
   uint16_t mean_normal() const {
     // Opposite sides of something thin cancel out.
-    if (same || dot(sum.normal, sum.normal) < 1e-4f * sum.voxels) return normal;
-    return pack_normal(sum.normal);
+    if (same || dot(normals, normals) < 1e-4f * static_cast<float>(count)) return normal;
+    return pack_normal(normals);
   }
-  uint16_t mean_color() const { return same ? color : pack_color(sum.color / sum.voxels); }
+  uint16_t mean_color() const {
+    if (same) return color;
+    const float scale = 1.0f / static_cast<float>(count);
+    const auto mean = [&](uint32_t sum) {
+      return static_cast<uint32_t>(static_cast<float>(sum) * scale + 0.5f);
+    };
+    return static_cast<uint16_t>(mean(red) << 11 | mean(green) << 5 | mean(blue));
+  }
+
+ private:
+  void add_to_sums(uint16_t packed_normal, uint16_t packed_color, uint32_t times) {
+    normals += static_cast<float>(times) * unit_normal(packed_normal);
+    red += times * (packed_color >> 11);
+    green += times * (packed_color >> 5 & 63);
+    blue += times * (packed_color & 31);
+  }
 };
 
 // A copy of a cell in the making.
@@ -99,6 +118,7 @@ class CellWriter {
   void append_copies(uint16_t cell);
 
   const LatticeSource& source_;
+  const CellOrder& order_ = cell_order();
   SheetFinder finder_;
   const bool solid_;
   BlockSheets& sheets_;
@@ -147,8 +167,14 @@ void CellWriter::find_copies() {
 // `voxel` are the fragments of one voxel, from the `first`th of the cell's.
 void CellWriter::add_voxel(std::span<const VoxelFragment> voxel, size_t first) {
   const uint32_t morton = voxel.front().voxel & 511;
-  const uint32_t code = cell_order().code[morton], place = cell_order().place[morton];
+  const uint32_t code = order_.code[morton], place = order_.place[morton];
   first_fragment_[morton] = static_cast<uint32_t>(first);
+  if (voxel.size() == 1 && voxel.front().triangle != kInside) {
+    Copy& copy = copies_[copy_of_triangle_[finder_.of_fragments()[first]]];
+    copy.voxels.set(code, voxel.front().normal, voxel.front().color);
+    near_voxels_[copy.sheet].add(morton, place);
+    return;
+  }
   met_.clear();
   for (size_t i = 0; i < voxel.size(); ++i) {
     const uint32_t triangle = finder_.of_fragments()[first + i];

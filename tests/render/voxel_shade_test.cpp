@@ -216,7 +216,7 @@ TEST(VoxelFetch, GivesWhatSampleVoxelGives) {
     EXPECT_NEAR(length(normalize(normal) - s.normal), 0.0f, 1e-5f);
     EXPECT_EQ(batch->normal[i][3], s.spread);
     EXPECT_EQ(batch->material[i], s.material);
-    EXPECT_EQ(unpack_color(static_cast<uint16_t>(batch->color[i])), s.color);
+    EXPECT_EQ(vec3(batch->color[i][0], batch->color[i][1], batch->color[i][2]), s.color);
     if (s.instance == 0) {
       const float side = static_cast<float>(1u << s.level) * svo.grid.voxel;
       EXPECT_NEAR(batch->place[i][3], std::sqrt(3.0f) * side, 1e-5f);

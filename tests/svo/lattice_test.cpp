@@ -327,6 +327,40 @@ TEST(LatticeSoup, ManyPiecesInACellAreOneSheet) {
   }
 }
 
+// Voxels on both sides of a face between cells, of one smooth closed surface: its triangles much
+// larger than voxels, and much smaller.
+TEST(LatticeJoins, NeighboursOfOneSurfaceShareTheirFace) {
+  for (const auto& [levels, resolution] : {std::pair{2, 200u}, {4, 70u}, {6, 40u}, {6, 150u}}) {
+    for (const Shell shell : {Shell::thin, Shell::conservative}) {
+      SkinnedShape body;
+      body.shape = test::sphere(levels);
+      body.follow_along(vec3(0.8f, 0.0f, 0.5f), 5);
+      const Svo svo = *make_svo(*body.voxelized(resolution, {.shell = shell}), body.source());
+      std::map<uint64_t, ReadVoxel> voxels;
+      for (const ReadVoxel& v : read_voxels(svo)) {
+        EXPECT_TRUE(voxels.emplace(morton_of(v.voxel), v).second) << "a second sheet";
+      }
+      size_t faces = 0;
+      for (const auto& [morton, v] : voxels) {
+        for (int axis = 0; axis < 3; ++axis) {
+          uvec3 next = v.voxel;
+          ++next[axis];
+          const auto other = voxels.find(morton_of(next));
+          if (other == voxels.end() || next[axis] % 8 != 0) continue;
+          ++faces;
+          const SvoCell &a = svo.cells[v.cell], &b = svo.cells[other->second.cell];
+          for (uint32_t k = 0; k < 8; ++k) {
+            if (!(k >> axis & 1)) continue;
+            EXPECT_EQ(value_of(svo, v.block, a.corner[k]),
+                      value_of(svo, other->second.block, b.corner[k ^ (1u << axis)]));
+          }
+        }
+      }
+      EXPECT_GT(faces, 100u);
+    }
+  }
+}
+
 TEST(LatticeSolid, FilledCellsFollowTheirSurfaceWithoutTears) {
   SkinnedShape body;
   body.shape = test::sphere(4);
