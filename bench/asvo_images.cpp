@@ -113,7 +113,8 @@ class PictureMaker {
       return sample_voxel({&instance, 1}, key);
     }
     if (method == AsvoMethod::corners) {
-      return sample_corners(painter_.corners(), pose_.pose.joints, pose_.pose.placement, key);
+      const CornerInstance instance = painter_.corner_instance();
+      return sample_corners({&instance, 1}, key);
     }
     const ThesisInstance instance = painter_.thesis_instance();
     return sample_thesis({&instance, 1}, key);

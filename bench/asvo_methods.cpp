@@ -24,6 +24,10 @@ ThesisInstance AsvoPainter::thesis_instance() const {
   return {&octree_, pose_.joints, pose_.placement, 0};
 }
 
+CornerInstance AsvoPainter::corner_instance() const {
+  return {&corners_, pose_.joints, pose_.placement, 0};
+}
+
 VoxelInstance AsvoPainter::lattice_instance() {
   return {&posed_, pose_.placement, 0};
 }
@@ -33,7 +37,8 @@ void AsvoPainter::draw(AsvoMethod method, const RasterView& view, Visibility& ou
     const VoxelInstance instance = lattice_instance();
     lattice_stats = rasterize({&instance, 1}, view, settings, *scratch_, out);
   } else if (method == AsvoMethod::corners) {
-    rasterize_corners(corners_, pose_.joints, pose_.placement, view, corner_scratch_, out);
+    const CornerInstance instance = corner_instance();
+    rasterize_corners({&instance, 1}, view, corner_scratch_, out);
   } else {
     const ThesisInstance instance = thesis_instance();
     const ThesisSettings how{.enlarge = method == AsvoMethod::thesis};

@@ -27,8 +27,8 @@ class AsvoPainter {
 
   PosedSvo& posed() { return posed_; }
   const ThesisOctree& octree() const { return octree_; }
-  const CornerVoxels& corners() const { return corners_; }
   ThesisInstance thesis_instance() const;
+  CornerInstance corner_instance() const;
   VoxelInstance lattice_instance();
 
   RasterSettings settings;    // of the lattice

@@ -94,50 +94,71 @@ CornerVoxels make_corner_voxels(const VoxelGrid& grid, std::vector<ThesisVoxel> 
   return out;
 }
 
-uint64_t rasterize_corners(const CornerVoxels& voxels, std::span<const Affine> joints,
-                           const Affine& placement, const RasterView& view, CornerScratch& scratch,
-                           Visibility& out) {
-  SINEW_CHECK(voxels.joints == 0 || joints.size() >= voxels.joints);
-  if (voxels.joints == 0) joints = {};
-  out.width = view.width;
-  out.height = view.height;
-  out.keys.assign(size_t{view.width} * view.height, kNothing);
+namespace {
+
+void project_corners(const CornerInstance& instance, const RasterView& view,
+                     CornerScratch& scratch) {
+  const CornerVoxels& voxels = *instance.voxels;
+  const std::span<const Affine> joints =
+      voxels.joints == 0 ? std::span<const Affine>() : instance.joints;
   scratch.projected.resize(voxels.rest.size());
   parallel_for(voxels.rest.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const vec3 moved = thesis_point(voxels.skin[i], joints, voxels.rest[i]);
-      const vec4 p(transform_point(placement, moved), 1.0f);
+      const vec4 p(transform_point(instance.placement, moved), 1.0f);
       const float w = dot(view.w, p), depth = dot(view.depth, p);
       const vec4 at(dot(view.x, p) / w, dot(view.y, p) / w, depth, 1.0f);
       const bool seen = depth > view.near && std::isfinite(at.x + at.y + at.z);
       scratch.projected[i] = seen ? at : vec4(0.0f);
     }
   });
+}
+
+}  // namespace
+
+uint64_t rasterize_corners(std::span<const CornerInstance> instances, const RasterView& view,
+                           CornerScratch& scratch, Visibility& out) {
+  out.width = view.width;
+  out.height = view.height;
+  out.keys.assign(size_t{view.width} * view.height, kNothing);
   uint64_t drawn = 0;
-  for (size_t v = 0; v < voxels.voxels.size(); ++v) {
-    vec4 sum(0.0f);
-    for (const uint32_t c : voxels.corner[v]) sum += scratch.projected[c];
-    if (sum.w != 8.0f) continue;
-    ++drawn;
-    const auto number = static_cast<uint32_t>(v);
-    cover(voxels.corner[v], scratch.projected,
-          make_key(0.125f * sum.z, number >> 10, number & 1023), out);
+  for (const CornerInstance& instance : instances) {
+    const CornerVoxels& voxels = *instance.voxels;
+    SINEW_CHECK(voxels.joints == 0 || instance.joints.size() >= voxels.joints);
+    SINEW_CHECK(instance.first_unit + unit_count(voxels) <= kMostUnits);
+    project_corners(instance, view, scratch);
+    for (size_t v = 0; v < voxels.voxels.size(); ++v) {
+      vec4 sum(0.0f);
+      for (const uint32_t c : voxels.corner[v]) sum += scratch.projected[c];
+      if (sum.w != 8.0f) continue;
+      ++drawn;
+      const auto number = static_cast<uint32_t>(v);
+      cover(voxels.corner[v], scratch.projected,
+            make_key(0.125f * sum.z, instance.first_unit + (number >> 10), number & 1023), out);
+    }
   }
   return drawn;
 }
 
-VoxelSample sample_corners(const CornerVoxels& voxels, std::span<const Affine> joints,
-                           const Affine& placement, VisibilityKey key) {
-  if (voxels.joints == 0) joints = {};
+VoxelSample sample_corners(std::span<const CornerInstance> instances, VisibilityKey key) {
+  const uint32_t unit = key_unit(key);
+  const auto after = std::ranges::upper_bound(instances, unit, {}, &CornerInstance::first_unit);
+  SINEW_DCHECK(after != instances.begin());
+  const CornerInstance& instance = *(after - 1);
+  const CornerVoxels& voxels = *instance.voxels;
   VoxelSample out;
-  out.unit = key_unit(key);
+  out.instance = static_cast<uint32_t>(&instance - instances.data());
+  out.unit = unit - instance.first_unit;
   out.code = key_code(key);
   const size_t index = size_t{out.unit} << 10 | out.code;
   const ThesisVoxel& voxel = voxels.voxels[index];
+  const std::span<const Affine> joints =
+      voxels.joints == 0 ? std::span<const Affine>() : instance.joints;
   vec3 sum(0.0f);
   for (const uint32_t c : voxels.corner[index]) {
     sum += thesis_point(voxels.skin[c], joints, voxels.rest[c]);
   }
+  const Affine& placement = instance.placement;
   out.position = transform_point(placement, 0.125f * sum);
   out.material = voxel.material;
   out.size = voxels.grid.voxel * std::cbrt(std::abs(glm::determinant(linear_part(placement))));

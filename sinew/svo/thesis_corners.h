@@ -34,15 +34,22 @@ struct CornerScratch {
   std::vector<vec4> projected;  // pixels x and y, depth, and 1 if it is seen, else 0
 };
 
+struct CornerInstance {
+  const CornerVoxels* voxels = nullptr;
+  std::span<const Affine> joints;  // as many as the voxels say
+  Affine placement = identity_affine();
+  uint32_t first_unit = 0;  // a unit of keys stands for 1024 voxels
+};
+inline uint32_t unit_count(const CornerVoxels& voxels) {
+  return static_cast<uint32_t>((voxels.voxels.size() + 1023) / 1024);
+}
+
 // Covers, for every voxel, each pixel whose centre lies in the box of its eight projected corners.
-// Units and codes of keys are the upper bits and the lower 10 of the voxel's number. Returns how
-// many voxels were drawn.
-uint64_t rasterize_corners(const CornerVoxels& voxels, std::span<const Affine> joints,
-                           const Affine& placement, const RasterView& view, CornerScratch& scratch,
-                           Visibility& out);
+// Returns how many voxels were drawn.
+uint64_t rasterize_corners(std::span<const CornerInstance> instances, const RasterView& view,
+                           CornerScratch& scratch, Visibility& out);
 
 // What a key of rasterize_corners names. Normals stay as they rest.
-VoxelSample sample_corners(const CornerVoxels& voxels, std::span<const Affine> joints,
-                           const Affine& placement, VisibilityKey key);
+VoxelSample sample_corners(std::span<const CornerInstance> instances, VisibilityKey key);
 
 }  // namespace sinew

@@ -1,6 +1,7 @@
 #include "sinew/svo/thesis_voxels.h"
 
 #include <algorithm>
+#include <bit>
 #include <limits>
 
 #include "sinew/base/check.h"
@@ -125,6 +126,61 @@ std::vector<ThesisVoxel> make_thesis_voxels(const VoxelSurface& surface, const S
           make_voxel(surface.grid, {&fragments[first[v]], first[v + 1] - first[v]}, source, skin);
     }
   });
+  return out;
+}
+
+namespace {
+
+ThesisWeights lattice_weights(const Svo& svo, const SvoBlock& block, const SvoCell& cell,
+                              vec3 local) {
+  ThesisMix mix;
+  mix.clear();
+  for (uint32_t k = 0; k < 8 && svo.joints > 0; ++k) {
+    const float share = (k & 1 ? local.x : 1.0f - local.x) * (k & 2 ? local.y : 1.0f - local.y) *
+                        (k & 4 ? local.z : 1.0f - local.z) / 65535.0f;
+    const size_t corner = block.first_corner + cell.corner[k];
+    for (uint32_t i = 0; i < kSvoInfluences; ++i) {
+      mix.add(svo.joint_palette[block.first_joint + svo.corner_joints[corner][i]],
+              share * static_cast<float>(svo.corner_weights[corner][i]));
+    }
+  }
+  return mix.mean();
+}
+
+void add_cell(const Svo& svo, const SvoBlock& block, const SvoCell& cell,
+              std::vector<ThesisVoxel>& out) {
+  const uint32_t place = cell.place;
+  const uvec3 first = kBlockSide * uvec3(block.x, block.y, block.z) +
+                      kCellSide * uvec3(place & 7, place >> 3 & 7, place >> 6);
+  const uint64_t* mask = &svo.bricks[block.first_brick + cell.first_brick];
+  for (uint32_t b = 0; b < 8; ++b) {
+    if (!(cell.bricks >> b & 1)) continue;
+    for (uint64_t rest = *mask++; rest != 0; rest &= rest - 1) {
+      const VoxelCode code = 64 * b + static_cast<uint32_t>(std::countr_zero(rest));
+      const uvec3 in = place_of(code).min;
+      const VoxelAttributes looks = voxel_attributes(svo, block, cell, code);
+      out.push_back({.voxel = morton_of(first + in),
+                     .skin = lattice_weights(svo, block, cell, (vec3(in) + 0.5f) / 8.0f),
+                     .normal = pack_normal(looks.normal),
+                     .color = pack_color(looks.color),
+                     .material = cell.material});
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<ThesisVoxel> make_thesis_voxels(const Svo& svo) {
+  std::vector<ThesisVoxel> out;
+  out.reserve(svo.voxel_count());
+  for (uint32_t b = 0; b < svo.block_count(); ++b) {
+    for (uint32_t c = svo.blocks[b].first_cell; c < svo.blocks[b + 1].first_cell; ++c) {
+      add_cell(svo, svo.blocks[b], svo.cells[c], out);
+    }
+  }
+  std::ranges::stable_sort(out, {}, &ThesisVoxel::voxel);
+  const auto same = [](const ThesisVoxel& a, const ThesisVoxel& b) { return a.voxel == b.voxel; };
+  out.erase(std::unique(out.begin(), out.end(), same), out.end());
   return out;
 }
 

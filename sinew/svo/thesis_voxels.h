@@ -50,6 +50,10 @@ class ThesisMix {
 // has none.
 std::vector<ThesisVoxel> make_thesis_voxels(const VoxelSurface& surface, const SvoSource& source);
 
+// The same from an octree, whose source is not known: weights are those of the skin lattice at the
+// voxel's centre. Where copies of a cell hold the same voxel, that of the first one.
+std::vector<ThesisVoxel> make_thesis_voxels(const Svo& svo);
+
 // sum_k weight_k * joints[joint_k] * (p, 1); p itself if there are no joints.
 vec3 thesis_point(const ThesisWeights& skin, std::span<const Affine> joints, vec3 p);
 

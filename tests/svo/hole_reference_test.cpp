@@ -46,8 +46,9 @@ class HoleReferenceTest : public testing::Test {
   Visibility draw(const std::vector<ThesisVoxel>& voxels) {
     Visibility picture;
     CornerScratch scratch;
-    rasterize_corners(make_corner_voxels(grid_, voxels, 0), {}, placement_, view_, scratch,
-                      picture);
+    const CornerVoxels corners = make_corner_voxels(grid_, voxels, 0);
+    const CornerInstance instance{&corners, {}, placement_, 0};
+    rasterize_corners({&instance, 1}, view_, scratch, picture);
     return picture;
   }
 

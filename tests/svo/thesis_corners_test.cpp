@@ -20,8 +20,8 @@ TEST(ThesisCorners, CoverTheBoxesOfTheirProjectedCorners) {
     const RasterView view = make_view(2.0f, 40.0f, 48, 40);
     Visibility picture;
     CornerScratch scratch;
-    EXPECT_EQ(rasterize_corners(corners, joints, identity_affine(), view, scratch, picture),
-              voxels.size());
+    const CornerInstance instance{&corners, joints, identity_affine(), 3};
+    EXPECT_EQ(rasterize_corners({&instance, 1}, view, scratch, picture), voxels.size());
     std::vector<VisibilityKey> expected(picture.keys.size(), kNothing);
     for (uint32_t v = 0; v < voxels.size(); ++v) {
       vec2 low(1e9f), high(-1e9f);
@@ -41,7 +41,8 @@ TEST(ThesisCorners, CoverTheBoxesOfTheirProjectedCorners) {
             vec2(static_cast<float>(pixel % 48), static_cast<float>(pixel / 48)) + 0.5f;
         if (glm::all(glm::lessThanEqual(low, center)) &&
             glm::all(glm::lessThanEqual(center, high))) {
-          expected[pixel] = std::min(expected[pixel], make_key(0.125f * depth, v >> 10, v & 1023));
+          expected[pixel] =
+              std::min(expected[pixel], make_key(0.125f * depth, 3 + (v >> 10), v & 1023));
         }
       }
     }
