@@ -178,14 +178,9 @@ void add_voxel_options(CLI::App& app, Flags& flags) {
                  "Voxels along the longest side of what is voxelised, at rest (default: 512)")
       ->check(whole_number_in(1, kHighestResolution))
       ->group(kGroup);
-  app.add_option(
-         "--skinning", voxels.skinning,
-         "What moves voxels: lattice; or, to compare with, thesis (joints of every voxel) or "
-         "corners (of every corner of every voxel) (default: lattice)")
-      ->transform(CLI::Transformer(
-          std::map<std::string, VoxelSkinning>{{"lattice", VoxelSkinning::lattice},
-                                               {"thesis", VoxelSkinning::thesis},
-                                               {"corners", VoxelSkinning::corners}}))
+  app.add_option("--skinning", flags.skinning,
+                 "What moves voxels: lattice; or, to compare with, thesis (joints of every voxel) "
+                 "or corners (of every corner of every voxel) (default: lattice)")
       ->group(kGroup);
   app.add_option("--shadow-map", voxels.shadow_map,
                  "Pixels a side of the map that a light's shadows of voxels are drawn in, 16 to "
