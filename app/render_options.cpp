@@ -34,7 +34,8 @@ constexpr const char* kExamples =
 // What the command line holds as text, until it is read.
 struct Flags {
   RenderJob job;
-  std::string output, format, frames, size = "800x600", camera, background, memory, mode, update;
+  std::string output, format, frames, size = "800x600", camera, background, memory, mode, skinning,
+                                      update;
   std::string view = "shaded", layers;
   std::optional<float> quality;
   bool no_shadows = false;
@@ -177,6 +178,10 @@ void add_voxel_options(CLI::App& app, Flags& flags) {
                  "Voxels along the longest side of what is voxelised, at rest (default: 512)")
       ->check(whole_number_in(1, kHighestResolution))
       ->group(kGroup);
+  app.add_option("--skinning", flags.skinning,
+                 "What moves voxels: lattice; or, to compare with, thesis (joints of every voxel) "
+                 "or corners (of every corner of every voxel) (default: lattice)")
+      ->group(kGroup);
   app.add_option("--shadow-map", voxels.shadow_map,
                  "Pixels a side of the map that a light's shadows of voxels are drawn in, 16 to "
                  "16384 (default: 1024)")
@@ -216,7 +221,15 @@ tl::unexpected<Error> usage(std::string problem, std::string remedy) {
   return fail({ErrorKind::usage, "", "", std::move(problem), std::move(remedy)});
 }
 
+Result<VoxelSkinning> parse_skinning(const std::string& word) {
+  if (word.empty() || word == "lattice") return VoxelSkinning::lattice;
+  if (word == "thesis") return VoxelSkinning::thesis;
+  if (word == "corners") return VoxelSkinning::corners;
+  return usage("--skinning '" + word + "' is unknown", "there are lattice, thesis and corners");
+}
+
 Result<void> read_mode(const Flags& flags, RenderJob& job) {
+  SINEW_TRY(job.settings.voxels.skinning, parse_skinning(flags.skinning));
   SINEW_TRY(job.mode.mode, parse_mode(flags.mode));
   if (!job.mode.voxelize.empty() && job.mode.mode != DrawMode::mixed) {
     return usage("--voxelize chooses what becomes voxels in a mixed picture",

@@ -5,6 +5,7 @@
 
 #include "app/json_text.h"
 #include "app/validators.h"
+#include "bench/asvo_command.h"
 #include "bench/bench.h"
 #include "bench/bounds_command.h"
 #include "bench/larsson_command.h"
@@ -111,7 +112,8 @@ Run define_bench(CLI::App& command) {
       "  sinew bench trace --scene walk.glb --clip Run --threads 8 --json report.json\n"
       "  sinew bench update --json report.json --report report.html\n"
       "  sinew bench update --only picks_100,refit_bodies\n"
-      "  sinew bench tsah --scene museum --report report.html\n");
+      "  sinew bench tsah --scene museum --report report.html\n"
+      "  sinew bench asvo --only holes --json report.json\n");
   define_trace(
       *command.add_subcommand("trace", "Rays a second against Embree, by kind of ray and by call"),
       *options);
@@ -122,7 +124,9 @@ Run define_bench(CLI::App& command) {
   const LarssonCommand larsson = define_larsson(command);
   const BoundsCommand bounds = define_bounds(command);
   const TsahCommand tsah = define_tsah(command);
-  return [options, larsson, bounds, tsah] {
+  const AsvoCommand asvo = define_asvo(command);
+  return [options, larsson, bounds, tsah, asvo] {
+    if (asvo.parsed()) return asvo.run();
     if (tsah.parsed()) return tsah.run();
     if (bounds.parsed()) return bounds.run();
     return larsson.parsed() ? larsson.run() : run(*options);

@@ -39,6 +39,17 @@ constexpr std::array kFigures = {
     FigureInfo{"best_single_frame", "1", true, 1.0, 0.97},
     FigureInfo{"best_single_frame_scattering", "1", true, 1.1, kNone},
     FigureInfo{"segments_regret", "1", false, 1.15, 1.4},
+    FigureInfo{"fps_800", "1/s", true, 40.0, 20.0},
+    FigureInfo{"splats_per_core", "1/s", true, 150e6, 80e6},
+    FigureInfo{"holes", "pixel", false, 0.0, 0.0},
+    FigureInfo{"excess", "1", false, 0.001, 0.005},
+    FigureInfo{"over_thesis", "1", true, 3.0, 2.0},
+    FigureInfo{"over_thesis_palettes", "1", true, kNone, kNone},
+    FigureInfo{"over_thesis_literal", "1", true, kNone, kNone},
+    FigureInfo{"over_revoxelise", "1", true, 30.0, 10.0},
+    FigureInfo{"bytes_memory", "byte", false, 6.0, 10.0},
+    FigureInfo{"bytes_disk", "byte", false, 3.0, 5.0},
+    FigureInfo{"voxelise_per_core", "1/s", true, 10e6, 4e6},
 };
 
 std::string processor() {

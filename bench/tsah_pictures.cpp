@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "bench/html_image.h"
 #include "bench/svg_plot.h"
 #include "sinew/bvh/bounds.h"
 #include "sinew/bvh/bvh.h"
@@ -134,21 +135,6 @@ Image8 paint_parts(const FlatScene& flat, const Shown& shown, const Bvh& bvh,
     image.pixels[4 * i + 3] = 255;
   }
   return image;
-}
-
-std::string base64(std::span<const uint8_t> bytes) {
-  constexpr const char* kDigits =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  for (size_t i = 0; i < bytes.size(); i += 3) {
-    const size_t left = std::min<size_t>(3, bytes.size() - i);
-    uint32_t group = 0;
-    for (size_t k = 0; k < 3; ++k) group = group << 8 | (k < left ? bytes[i + k] : 0u);
-    for (size_t k = 0; k < 4; ++k) {
-      out += k <= left ? kDigits[group >> (18 - 6 * k) & 63u] : '=';
-    }
-  }
-  return out;
 }
 
 // Pixels of a point; nothing if it lies behind the eye.

@@ -81,7 +81,7 @@ void draw_voxels_alone(const FrameContext& frame, const CameraView& camera,
   const VoxelLighting lighting{voxels.materials(),      scratch.lights, voxels.shadows(),
                                frame.scene.environment, camera,         settings.reflections > 0};
   const auto fetch = [&](std::span<const VisibilityKey> keys, VoxelBatch& batch) {
-    fetch_voxels(voxels.instances(), keys, batch);
+    voxels.fetch(keys, batch);
   };
   for (uint32_t sample = 0; sample < settings.samples; ++sample) {
     const vec2 offset = hammersley(sample, settings.samples);

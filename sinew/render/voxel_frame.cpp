@@ -127,6 +127,7 @@ void shade_pass(const VoxelPass& pass, Image& out) {
 
 void VoxelFrame::bind(const Scene& scene, const TextureTable& textures) {
   bodies_.bind(scene);
+  opponents_.clear();
   list_voxel_materials(scene, textures, materials_);
 }
 
@@ -150,9 +151,29 @@ void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height,
   const double start = now_ms();
   view_ = camera_raster_view(camera, width, height, step, offset);
   const RasterSettings raster{.smallest = settings_.lod, .lod = settings_.lod > 0.0f};
-  stats_.camera = rasterize(bodies_.instances(), view_, raster, *scratch_, visibility_);
+  if (settings_.skinning == VoxelSkinning::lattice) {
+    stats_.camera = rasterize(bodies_.instances(), view_, raster, *scratch_, visibility_);
+  } else {
+    stats_.camera = {};
+    stats_.camera.voxels_drawn =
+        opponents_.draw(settings_.skinning, bodies_.instances(), view_, settings_.lod, visibility_);
+  }
   ++stats_.passes;
   stats_.draw_ms += now_ms() - start;
+}
+
+VoxelSample VoxelFrame::sample(VisibilityKey key) const {
+  return settings_.skinning == VoxelSkinning::lattice ? sample_voxel(bodies_.instances(), key)
+                                                      : opponents_.sample(key);
+}
+
+void VoxelFrame::fetch(std::span<const VisibilityKey> keys, VoxelBatch& out) const {
+  if (settings_.skinning == VoxelSkinning::lattice) {
+    return fetch_voxels(bodies_.instances(), keys, out);
+  }
+  out.count = static_cast<uint32_t>(keys.size());
+  for (uint32_t i = 0; i < out.count; ++i) out.set(i, opponents_.sample(keys[i]));
+  out.pad();
 }
 
 void VoxelFrame::shade(const VoxelPass& pass, Image& out) {
@@ -170,7 +191,7 @@ float VoxelFrame::t_of(size_t pixel, const Ray& ray) const {
 }
 
 void VoxelFrame::resolve(size_t pixel, const Ray& ray, uint32_t objects, Surface& out) const {
-  const VoxelSample voxel = sample_voxel(bodies_.instances(), visibility_.keys[pixel]);
+  const VoxelSample voxel = sample(visibility_.keys[pixel]);
   const float diagonal = std::sqrt(3.0f) * voxel.size;
   resolve_voxel(voxel, diagonal, materials_[voxel.material], -normalize(ray.direction), out);
   out.hit.t = t_of(pixel, ray);

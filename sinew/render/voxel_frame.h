@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "sinew/render/voxel_opponents.h"
 #include "sinew/render/voxel_shade.h"
 #include "sinew/scene/image.h"
 
@@ -57,6 +58,9 @@ class VoxelFrame {
   std::span<const VoxelMaterial> materials() const { return materials_; }
   std::span<const VoxelInstance> instances() const { return bodies_.instances(); }
 
+  // Fetches what draw() has found.
+  void fetch(std::span<const VisibilityKey> keys, VoxelBatch& out) const;
+
   // Shades what draw() has found. `lighting` says the materials and shadows of this frame.
   void shade(const VoxelPass& pass, Image& out);
 
@@ -73,7 +77,10 @@ class VoxelFrame {
   std::vector<VoxelMaterial> materials_;
   VoxelShadows shadows_;
   VoxelSettings settings_;
+  VoxelSample sample(VisibilityKey key) const;
+
   RasterScratchPtr scratch_ = make_raster_scratch();
+  VoxelOpponents opponents_;
   RasterView view_;
   Visibility visibility_;
   VoxelStats stats_;

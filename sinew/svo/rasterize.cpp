@@ -11,6 +11,7 @@
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/svo/rasterize_kernels.h"
+#include "sinew/svo/thesis_skinned.h"
 
 namespace sinew {
 namespace {
@@ -429,6 +430,23 @@ RasterStats rasterize_depth(std::span<const VoxelInstance> instances, const Rast
   TileJob job;
   job.depth = out.depth.data();
   return run(instances, view, settings, scratch, job);
+}
+
+RasterStats rasterize_skinned(const VoxelInstance& instance, const RasterView& view,
+                              const RasterSettings& settings, SkinnedTable& table,
+                              RasterScratch& scratch, Visibility& out) {
+  const Clock::time_point start = Clock::now();
+  set_view(instance, view, table);
+  const double view_ms = ms_since(start);
+  out.width = view.width;
+  out.height = view.height;
+  out.keys.resize(size_t{view.width} * view.height);
+  TileJob job;
+  job.keys = out.keys.data();
+  job.skinned = &table;
+  RasterStats stats = run({&instance, 1}, view, settings, scratch, job);
+  stats.view_ms += view_ms;
+  return stats;
 }
 
 }  // namespace sinew

@@ -95,8 +95,8 @@ HWY_INLINE void note(uint32_t* first, Vu places, Vu values, uint32_t count, Dens
   }
 }
 
-template <bool kKeys>
-HWY_INLINE void note_voxels(const RasterCell& cell, const DenseShape& shape, const CellMap& map,
+template <bool kKeys, class Map>
+HWY_INLINE void note_voxels(const RasterCell& cell, const DenseShape& shape, const Map& map,
                             const Spots& spots, bool perspective, DensePlanes& planes) {
   const Df d;
   const Du du;
@@ -211,9 +211,9 @@ HWY_NOINLINE void lay_cell(const DenseShape& shape, const DenseTarget& to, Dense
   }
 }
 
-template <bool kKeys>
+template <bool kKeys, class Map>
 HWY_INLINE void draw_dense(const TileJob& job, const RasterCell& cell, const DenseShape& shape,
-                           const CellMap& map, const Spots& spots, uint32_t id, DensePlanes& dense,
+                           const Map& map, const Spots& spots, uint32_t id, DensePlanes& dense,
                            TilePlanes& planes) {
   note_voxels<kKeys>(cell, shape, map, spots, job.perspective, dense);
   const DenseTarget to{cell.x0 - static_cast<int>(job.x),

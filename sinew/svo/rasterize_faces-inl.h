@@ -67,10 +67,9 @@ HWY_INLINE Vi to_pixel(Vf v) {
 
 // Voxels of a cell one by one: those of a few pixels as rectangles, larger ones as boxes with
 // faces.
-template <bool kKeys>
+template <bool kKeys, class Map>
 HWY_INLINE void draw_boxes(const TileJob& job, const RasterCell& cell, const RasterBlock& block,
-                           const CellMap& map, const Spots& spots, uint32_t id,
-                           TilePlanes& planes) {
+                           const Map& map, const Spots& spots, uint32_t id, TilePlanes& planes) {
   const bool large = 2.0f * std::max(cell.half_x, cell.half_y) > job.settings->large;
   const SvoCell& lattice = block.svo->cells[cell.cell];
   const Df d;

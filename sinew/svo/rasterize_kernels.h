@@ -27,6 +27,8 @@ struct TileCounts {
   uint64_t cells_hidden = 0, voxels = 0, leaves = 0, nodes = 0;
 };
 
+struct SkinnedTable;
+
 struct TileJob {
   const RasterSettings* settings = nullptr;
   const RasterBlock* blocks = nullptr;
@@ -44,7 +46,8 @@ struct TileJob {
   uint64_t* seen_now = nullptr;                  // written by all tiles at once
   VisibilityKey* keys = nullptr;                 // the tile's first, or
   float* depth = nullptr;
-  uint32_t stride = 0;  // pixels from one row to the next
+  uint32_t stride = 0;                    // pixels from one row to the next
+  const SkinnedTable* skinned = nullptr;  // then voxels are placed so (thesis_skinned.h)
 };
 
 // Sorts the first `count` entries of the job's order by depth, then place.

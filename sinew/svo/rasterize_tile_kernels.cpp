@@ -16,6 +16,7 @@
 #include "sinew/svo/rasterize_dense-inl.h"
 #include "sinew/svo/rasterize_faces-inl.h"
 #include "sinew/svo/rasterize_kernels.h"
+#include "sinew/svo/thesis_place-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sinew {
@@ -104,6 +105,43 @@ HWY_NOINLINE void draw_near(const TileJob& job, const RasterCell& cell, const Ra
   }
 }
 
+// The listed voxels of a cell, placed by any map.
+template <bool kKeys, class Map>
+HWY_INLINE void draw_voxels(const TileJob& job, const RasterCell& cell, const Map& map, uint32_t id,
+                            TileBuffers& buffers) {
+  DenseShape shape;
+  if (cell.level < 2 && is_dense(cell, shape)) {
+    draw_dense<kKeys>(job, cell, shape, map, buffers.spots, id, buffers.dense, buffers.planes);
+  } else {
+    draw_boxes<kKeys>(job, cell, job.blocks[cell.block], map, buffers.spots, id, buffers.planes);
+  }
+}
+
+// The same for the opponent that skins every voxel.
+template <bool kKeys>
+HWY_NOINLINE void draw_skinned(const TileJob& job, const RasterCell& cell, uint32_t id,
+                               float offset_x, float offset_y, TileBuffers& buffers) {
+  const RasterBlock& block = job.blocks[cell.block];
+  const SkinnedTable& table = *job.skinned;
+  const SvoBlock& place = block.svo->blocks[block.block];
+  const SvoCell& lattice = block.svo->cells[cell.cell];
+  const uint32_t first = table.voxels->first[cell.cell][cell.level];
+  const SkinnedLevel& level = table.voxels->levels[cell.level];
+  const uint32_t joints = table.voxels->palette_sizes[cell.cell];
+  if (table.lookup == SkinnedLookup::palette && joints != 0 && joints <= lanes()) {
+    PaletteMap map;
+    set_cell(table, place, lattice, first, cell.level, buffers.spots, offset_x, offset_y, map);
+    map.joints = level.palette_slots.data() + first;
+    set_palette(table, cell.cell, map);
+    return draw_voxels<kKeys>(job, cell, map, id, buffers);
+  }
+  GatherMap map;
+  set_cell(table, place, lattice, first, cell.level, buffers.spots, offset_x, offset_y, map);
+  map.joints = level.joints.data() + first;
+  map.rows = table.rows.data();
+  draw_voxels<kKeys>(job, cell, map, id, buffers);
+}
+
 template <bool kKeys>
 HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffers,
                           TileCounts& counts) {
@@ -126,16 +164,14 @@ HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffe
   if (cell.path == RasterPath::near) {
     return draw_near<kKeys>(job, cell, block, id, spots, buffers.planes);
   }
-  DenseShape shape;
-  const bool dense = cell.level < 2 && is_dense(cell, shape);
-  const CellMap map = map_of(job.points + block.first_corner, lattice.corner, cell.level,
-                             job.perspective, static_cast<float>(cell.x0) + 0.5f + cell.half_x,
-                             static_cast<float>(cell.y0) + 0.5f + cell.half_y);
-  if (dense) {
-    draw_dense<kKeys>(job, cell, shape, map, spots, id, buffers.dense, buffers.planes);
-  } else {
-    draw_boxes<kKeys>(job, cell, block, map, spots, id, buffers.planes);
+  const float offset_x = static_cast<float>(cell.x0) + 0.5f + cell.half_x;
+  const float offset_y = static_cast<float>(cell.y0) + 0.5f + cell.half_y;
+  if (job.skinned != nullptr) {
+    return draw_skinned<kKeys>(job, cell, id, offset_x, offset_y, buffers);
   }
+  const CellMap map = map_of(job.points + block.first_corner, lattice.corner, cell.level,
+                             job.perspective, offset_x, offset_y);
+  draw_voxels<kKeys>(job, cell, map, id, buffers);
 }
 
 // Draws a part of the list that ids suffice for.
