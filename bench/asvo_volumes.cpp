@@ -85,7 +85,7 @@ Result<void> measure_bytes(const AsvoBody& body, json& rows) {
   SvoMotion motion = make_svo_motion(svo);
   const uint64_t corners = svo.corner_places.size();
   add_rows(body, "a body's pose",
-           {{"bounds of blocks", motion.upper.bytes() + motion.blocks.bytes()},
+           {{"bounds of blocks", motion.blocks.bytes()},
             {"moved corners", corners * sizeof(vec3)},
             {"their cofactors", corners * sizeof(mat3)}},
            rows);
