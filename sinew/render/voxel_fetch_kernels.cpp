@@ -32,11 +32,11 @@ struct alignas(64) PreparedCell {
   alignas(64) float normal[8][12];  // of the map of normals in the object: columns of 4, 3 used
   float behind_normal[4];           // read with the last row
   alignas(64) float point[8][4];    // of the map of points to the world
-  uint64_t masks[8];           // bricks by their place
-  uint16_t before[8];          // voxels in the bricks before
-  uint32_t first_voxel;        // where they begin
-  uint32_t first_brick;        // where its bricks do
-  uint32_t index;              // of the cell
+  uint64_t masks[8];                // bricks by their place
+  uint16_t before[8];               // voxels in the bricks before
+  uint32_t first_voxel;             // where they begin
+  uint32_t first_brick;             // where its bricks do
+  uint32_t index;                   // of the cell
   uint32_t block;
   uint32_t bricks;
   uint32_t material;
@@ -201,8 +201,8 @@ class Fetch {
       direction = unpack_direction(svo_->normals[at.voxel]);
       color = voxel_color(*svo_, at);
     } else {
-      const VoxelAttributes a = voxel_attributes(*svo_, svo_->blocks[cell.block],
-                                                 svo_->cells[cell.index], code);
+      const VoxelAttributes a =
+          voxel_attributes(*svo_, svo_->blocks[cell.block], svo_->cells[cell.index], code);
       direction = a.normal;
       color = a.color;
       out.normal[i][3] = a.spread;

@@ -40,7 +40,7 @@ struct ShadowReceiver {
 inline constexpr float kFilterReach = 2.0f;     // texels
 inline constexpr float kCoarsestCaster = 2.5f;  // texels: the diagonal of a voxel in the map
 inline constexpr float kVoxelHeight = 1.25f;    // diagonals: how much higher than a voxel's middle
-                                              // its neighbours on the same plane may reach
+                                                // its neighbours on the same plane may reach
 
 // By how much a voxel lifts its lookup along its normal; `texel` at its depth. Metres. Besides what
 // neighbours reach above it, a slope rises under the filter and under voxels that are flat in the
