@@ -57,7 +57,7 @@ const AllCommonCorners kCommonCorners;
 class CornerJoiner {
  public:
   CornerJoiner(std::span<const BlockSheets> blocks, size_t block)
-      : blocks_(blocks), own_(block), keys_(2 * blocks[block].keys.size()) {}
+      : blocks_(blocks), own_(block), keys_(blocks[block].keys.size() * 3 / 2) {}
 
   void collect();
   void join_by_vertices();
