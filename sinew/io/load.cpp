@@ -86,11 +86,12 @@ Result<Scene> read(const std::string& input, const LoadOptions& options) {
     return fail({ErrorKind::bad_input, input, "", "a vertex cache needs its base mesh",
                  "give base.obj+" + fs::path(input).filename().string()});
   }
-  return fail({ErrorKind::bad_input, input, "",
-               extension.empty() ? "has no extension that says what it is"
-                                 : "files \"" + extension + "\" are not supported",
-               "give .gltf, .glb, .obj, .ply, .aff, .svo, .vox, frames_####.obj, base.obj+cache.pc2 or "
-               "study:NAME"});
+  return fail(
+      {ErrorKind::bad_input, input, "",
+       extension.empty() ? "has no extension that says what it is"
+                         : "files \"" + extension + "\" are not supported",
+       "give .gltf, .glb, .obj, .ply, .aff, .svo, .vox, frames_####.obj, base.obj+cache.pc2 or "
+       "study:NAME"});
 }
 
 std::string name_of(const std::string& input) {

@@ -1,6 +1,6 @@
 // Reads scenes from files: glTF 2.0 and GLB, OBJ and PLY, sequences of them, PC2 and MDD vertex
-// caches over them, BART's AFF, MagicaVoxel's voxels, octrees of our own, and the project's own study
-// scenes.
+// caches over them, BART's AFF, MagicaVoxel's voxels, octrees of our own, and the project's own
+// study scenes.
 #pragma once
 
 #include <cstdint>

@@ -57,7 +57,8 @@ void sample_channel(const Channel& channel, double time, std::span<float> out);
 void world_positions(const Scene& scene, const ScenePose& pose, uint32_t object,
                      std::span<vec3> out);
 
-// Contains every present object, of triangles or voxels, over `samples` times of the clip (at least 1).
+// Contains every present object, of triangles or voxels, over `samples` times of the clip (at least
+// 1).
 Box animation_bounds(const Scene& scene, int clip, int samples);
 
 }  // namespace sinew
