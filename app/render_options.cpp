@@ -189,7 +189,7 @@ void add_voxel_options(CLI::App& app, Flags& flags) {
       ->group(kGroup);
   app.add_option("--lod", voxels.lod,
                  "Pixels: coarser levels are drawn instead of voxels smaller than this; 0: always "
-                 "the finest (default: 1)")
+                 "the finest (default: 0.75)")
       ->check(number_in(0.0, 64.0))
       ->group(kGroup);
 }

@@ -9,19 +9,23 @@ target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FIL
   sinew/sinew.h
   sinew/base/buffer.h sinew/base/error.h sinew/base/parallel.h sinew/base/work_time.h
   sinew/math/affine.h sinew/math/box.h sinew/math/ray.h sinew/math/vec.h
-  sinew/motion/influences.h sinew/motion/motion.h sinew/motion/pose.h
+  sinew/motion/clusters.h sinew/motion/influences.h sinew/motion/motion.h sinew/motion/pose.h
   sinew/bvh/bounds.h sinew/bvh/build.h sinew/bvh/bvh.h sinew/bvh/choose.h sinew/bvh/cost.h
   sinew/bvh/frame_choice.h sinew/bvh/frames.h sinew/bvh/optimize.h sinew/bvh/proximity.h
   sinew/bvh/segments.h sinew/bvh/traverse.h sinew/bvh/tree.h sinew/bvh/tree_file.h
   sinew/bvh/update.h sinew/bvh/update_local.h sinew/bvh/wide.h
-  sinew/svo/file.h sinew/svo/format.h sinew/svo/fragments.h sinew/svo/make_svo.h
+  sinew/svo/file.h sinew/svo/format.h sinew/svo/fragments.h sinew/svo/make_svo.h sinew/svo/posed.h
+  sinew/svo/rasterize.h sinew/svo/visibility.h sinew/svo/voxelize.h
   sinew/scene/clip.h sinew/scene/image.h sinew/scene/material.h sinew/scene/mesh.h
   sinew/scene/sample.h sinew/scene/scene.h sinew/scene/study.h
   sinew/io/image_file.h sinew/io/load.h sinew/io/movie.h sinew/io/save.h sinew/io/svo/svo.h
   sinew/io/vox/vox.h
-  sinew/world/animation_trees.h sinew/world/world.h
-  sinew/render/attributes.h sinew/render/camera.h sinew/render/frame.h sinew/render/layers.h
-  sinew/render/refinement.h sinew/render/texture.h sinew/render/views.h)
+  sinew/world/animation_trees.h sinew/world/voxel_bodies.h sinew/world/world.h
+  sinew/render/attributes.h sinew/render/camera.h sinew/render/frame.h sinew/render/gbuffer.h
+  sinew/render/layers.h sinew/render/lights.h sinew/render/raster_view.h sinew/render/refinement.h
+  sinew/render/texture.h sinew/render/views.h sinew/render/voxel_batch.h sinew/render/voxel_frame.h
+  sinew/render/voxel_material.h sinew/render/voxel_settings.h sinew/render/voxel_shade.h
+  sinew/render/voxel_shadows.h sinew/render/voxelize_scene.h)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/sinew)
 install(TARGETS sinew EXPORT sinewTargets

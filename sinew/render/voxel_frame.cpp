@@ -6,6 +6,7 @@
 
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
+#include "sinew/render/voxel_opponents.h"
 
 namespace sinew {
 namespace {
@@ -125,9 +126,12 @@ void shade_pass(const VoxelPass& pass, Image& out) {
   });
 }
 
+VoxelFrame::VoxelFrame() = default;
+VoxelFrame::~VoxelFrame() = default;
+
 void VoxelFrame::bind(const Scene& scene, const TextureTable& textures) {
   bodies_.bind(scene);
-  opponents_.clear();
+  opponents_.reset();
   list_voxel_materials(scene, textures, materials_);
 }
 
@@ -154,9 +158,10 @@ void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height,
   if (settings_.skinning == VoxelSkinning::lattice) {
     stats_.camera = rasterize(bodies_.instances(), view_, raster, *scratch_, visibility_);
   } else {
+    if (!opponents_) opponents_ = std::make_unique<VoxelOpponents>();
     stats_.camera = {};
-    stats_.camera.voxels_drawn =
-        opponents_.draw(settings_.skinning, bodies_.instances(), view_, settings_.lod, visibility_);
+    stats_.camera.voxels_drawn = opponents_->draw(settings_.skinning, bodies_.instances(), view_,
+                                                  settings_.lod, visibility_);
   }
   ++stats_.passes;
   stats_.draw_ms += now_ms() - start;
@@ -164,7 +169,7 @@ void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height,
 
 VoxelSample VoxelFrame::sample(VisibilityKey key) const {
   return settings_.skinning == VoxelSkinning::lattice ? sample_voxel(bodies_.instances(), key)
-                                                      : opponents_.sample(key);
+                                                      : opponents_->sample(key);
 }
 
 void VoxelFrame::fetch(std::span<const VisibilityKey> keys, VoxelBatch& out) const {
@@ -172,7 +177,7 @@ void VoxelFrame::fetch(std::span<const VisibilityKey> keys, VoxelBatch& out) con
     return fetch_voxels(bodies_.instances(), keys, out);
   }
   out.count = static_cast<uint32_t>(keys.size());
-  for (uint32_t i = 0; i < out.count; ++i) out.set(i, opponents_.sample(keys[i]));
+  for (uint32_t i = 0; i < out.count; ++i) out.set(i, opponents_->sample(keys[i]));
   out.pad();
 }
 

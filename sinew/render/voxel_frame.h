@@ -3,12 +3,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
-#include "sinew/render/voxel_opponents.h"
+#include "sinew/render/voxel_settings.h"
 #include "sinew/render/voxel_shade.h"
+#include "sinew/render/voxel_shadows.h"
 #include "sinew/scene/image.h"
+#include "sinew/world/voxel_bodies.h"
 
 namespace sinew {
 
@@ -29,19 +32,13 @@ struct VoxelPass {
 // size of the visibility. In parallel; the same bits for any number of threads.
 void shade_pass(const VoxelPass& pass, Image& out);
 
-struct VoxelStats {
-  uint32_t objects = 0;  // present
-  uint32_t passes = 0;   // over the picture
-  RasterStats camera;    // of the last pass
-  RasterStats shadows;   // of all maps
-  double pose_ms = 0.0;  // objects to their poses; blocks are posed while they are drawn
-  double shadow_ms = 0.0;
-  double draw_ms = 0.0;   // of all passes
-  double shade_ms = 0.0;  // of passes that shade_pass() shades
-};
+class VoxelOpponents;
 
 class VoxelFrame {
  public:
+  VoxelFrame();
+  ~VoxelFrame();
+
   // Makes the tables that depend on the scene alone; it must outlive them.
   void bind(const Scene& scene, const TextureTable& textures);
 
@@ -73,14 +70,14 @@ class VoxelFrame {
   const VoxelStats& stats() const { return stats_; }
 
  private:
+  VoxelSample sample(VisibilityKey key) const;
+
   VoxelBodies bodies_;
   std::vector<VoxelMaterial> materials_;
   VoxelShadows shadows_;
   VoxelSettings settings_;
-  VoxelSample sample(VisibilityKey key) const;
-
   RasterScratchPtr scratch_ = make_raster_scratch();
-  VoxelOpponents opponents_;
+  std::unique_ptr<VoxelOpponents> opponents_;  // once they are asked for
   RasterView view_;
   Visibility visibility_;
   VoxelStats stats_;

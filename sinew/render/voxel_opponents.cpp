@@ -2,11 +2,6 @@
 
 namespace sinew {
 
-void VoxelOpponents::clear() {
-  octrees_.clear();
-  corners_.clear();
-}
-
 uint64_t VoxelOpponents::draw(VoxelSkinning how, std::span<const VoxelInstance> instances,
                               const RasterView& view, float lod, Visibility& out) {
   how_ = how;

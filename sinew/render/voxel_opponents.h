@@ -12,12 +12,10 @@
 
 namespace sinew {
 
-// What it draws from is made of an octree when it is first seen, and kept: the octrees must not
-// change. Weights come from the skin lattice, see make_thesis_voxels().
+// What it draws from is made of an octree when it is first seen, and kept: octrees must not change.
+// Weights come from the skin lattice, see make_thesis_voxels().
 class VoxelOpponents {
  public:
-  void clear();
-
   // Draws by any method but the lattice. Returns how many voxels were drawn. Instances must stay as
   // they are while sample() is asked; keys mean nothing to sample_voxel().
   uint64_t draw(VoxelSkinning how, std::span<const VoxelInstance> instances, const RasterView& view,

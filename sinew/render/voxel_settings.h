@@ -1,7 +1,9 @@
-// How voxels are drawn.
+// How voxels are drawn, and what that took.
 #pragma once
 
 #include <cstdint>
+
+#include "sinew/svo/rasterize.h"
 
 namespace sinew {
 
@@ -12,10 +14,21 @@ enum class VoxelSkinning : uint8_t { lattice, thesis, corners };
 struct VoxelSettings {
   VoxelSkinning skinning = VoxelSkinning::lattice;
   uint32_t shadow_map = 1024;  // pixels a side of a light's shadow map, 16..16384
-  float lod = 1.0f;  // pixels: no voxel that is drawn is smaller, if a coarser level can be had; 0:
-                     // always the finest
+  float lod = 0.75f;  // pixels: no voxel that is drawn is smaller, if a coarser level can be had;
+                      // 0: always the finest
 
   bool operator==(const VoxelSettings&) const = default;
+};
+
+struct VoxelStats {
+  uint32_t objects = 0;  // present
+  uint32_t passes = 0;   // over the picture
+  RasterStats camera;    // of the last pass
+  RasterStats shadows;   // of all maps
+  double pose_ms = 0.0;  // objects to their poses; blocks are posed while they are drawn
+  double shadow_ms = 0.0;
+  double draw_ms = 0.0;   // of all passes
+  double shade_ms = 0.0;  // of passes that shade_pass() shades
 };
 
 }  // namespace sinew

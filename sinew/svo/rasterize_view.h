@@ -14,7 +14,7 @@ inline constexpr uint32_t kTileSide = 64;  // pixels: both planes of a tile stay
 inline constexpr uint32_t kNoBlock = 0xffffffffu;
 
 // Four roundings in the view's functions, seven in a trilinear map and a few behind them, for the
-// point and for the bound, each half a unit in the last place: see docs/voxels_raster.md.
+// point and for the bound, each half a unit in the last place: see docs/voxels.md.
 inline constexpr float kRasterGamma = 32.0f * 5.97e-8f;
 
 // A view of one instance: linear functions of (p, 1), p in the instance's object space.
