@@ -22,6 +22,9 @@ struct RasterSettings {
   // Pixels: the finest level whose deformed voxels are at least as large is drawn. At 1 the fringe
   // of a body begins to reach a pixel beyond it, and little time is saved.
   float smallest = 0.75f;
+  // Voxels: how far each reaches beyond itself, on every side. A thin shell leaves out what the
+  // surface only grazes; without a margin about one pixel in a million shows through there.
+  float margin = 0.05f;
   bool lod = true;             // else always voxels
   bool occlusion = true;       // two-phase hierarchical z
   bool front_to_back = false;  // cells sorted by depth, instead of Morton order (the thesis's)

@@ -183,8 +183,9 @@ HWY_INLINE bool view_cell(const BlockJob& job, const SvoCell& cell, V4 reach_row
   } else {
     // Middles of voxels lie among the corners, and their boxes reach half their size beyond.
     const float side = static_cast<float>(1u << out.level);
-    out.half_x = side * half[0] + pad[0];
-    out.half_y = side * half[1] + pad[1];
+    const float wide = side + 2.0f * job.settings->margin;
+    out.half_x = wide * half[0] + pad[0];
+    out.half_y = wide * half[1] + pad[1];
     grow_x += out.half_x;
     grow_y += out.half_y;
   }

@@ -56,6 +56,7 @@ struct Twin {
       : must(view.width * view.height, std::numeric_limits<double>::infinity()), may(must) {
     // What rounding in float may do, in pixels: for pictures of a few hundred pixels.
     constexpr double kEdge = 0.01;
+    const double wide = 1.0 + 2.0 * RasterSettings().margin;
     for (const ReadVoxel& voxel : voxels) {
       const ScreenVoxel v = test::voxel_on_screen(view, body, voxel);
       const HalfSize half = test::half_of_cell(view, body, voxel.cell, voxel.block);
@@ -64,9 +65,10 @@ struct Twin {
       EXPECT_GE(x + half.x, v.x1 - 1e-9);
       EXPECT_LE(y - half.y, v.y0 + 1e-9);
       EXPECT_GE(y + half.y, v.y1 - 1e-9);
-      cover(view, x - half.x, y - half.y, x + half.x, y + half.y, v.middle.depth, must);
-      cover(view, x - half.x - kEdge, y - half.y - kEdge, x + half.x + kEdge, y + half.y + kEdge,
-            v.middle.depth, may);
+      const double rx = wide * half.x, ry = wide * half.y;
+      cover(view, x - rx, y - ry, x + rx, y + ry, v.middle.depth, must);
+      cover(view, x - rx - kEdge, y - ry - kEdge, x + rx + kEdge, y + ry + kEdge, v.middle.depth,
+            may);
     }
   }
 
