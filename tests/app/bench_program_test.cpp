@@ -34,7 +34,9 @@ void expect_page(const std::string& page, const std::vector<std::string>& figure
   EXPECT_TRUE(page.ends_with("</html>\n"));
   EXPECT_NE(page.find("<svg"), std::string::npos);
   EXPECT_EQ(page.find("<script"), std::string::npos);
-  EXPECT_EQ(page.find(" src="), std::string::npos);
+  for (size_t at = page.find(" src="); at != page.npos; at = page.find(" src=", at + 1)) {
+    EXPECT_EQ(page.compare(at, 11, " src=\"data:"), 0) << page.substr(at, 80);
+  }
   for (const std::string& name : figures) {
     EXPECT_NE(page.find("<code>" + name + "</code>"), std::string::npos) << name;
   }
@@ -134,6 +136,39 @@ TEST(Bench, TsahReportsItsFigures) {
   EXPECT_LT(cost["SAH-rebuild"], cost["T-SAH k=0"]);
   EXPECT_LT(2.0 * cost["T-SAH k=0"], cost["SAH0"]);
   EXPECT_EQ(hits.size(), 1u);
+}
+
+TEST(Bench, AsvoReportsItsFigures) {
+  SINEW_BENCH_OR_SKIP();
+  TemporaryFolder folder;
+  const Outcome outcome = run_sinew({"bench",        "asvo",
+                                     "--creature",   "study:creature,triangles=8000,texture=256",
+                                     "--body",       "creature,coarse,static",
+                                     "--fine",       "128",
+                                     "--resolution", "96",
+                                     "--size",       "64",
+                                     "--frames",     "1",
+                                     "--repeats",    "1",
+                                     "--json",       folder.path("a.json"),
+                                     "--report",     folder.path("a.html")});
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto report = nlohmann::json::parse(slurp(folder.path("a.json")));
+  EXPECT_EQ(report["bench"], "asvo");
+  std::map<std::string, double> figures;
+  for (const auto& figure : report["figures"]) figures[figure["name"]] = figure["value"];
+  for (const char* name : {"fps_800", "splats_per_core", "over_thesis", "over_revoxelise",
+                           "bytes_memory", "bytes_disk", "voxelise_per_core"}) {
+    EXPECT_GT(figures[name], 0.0) << name;
+  }
+  EXPECT_EQ(figures["holes"], 0.0);
+  uint64_t thesis_holes = 0;
+  for (const auto& row : report["rows"]) {
+    if (row["table"] == "asvo_holes" && row["method"] == "thesis without S") {
+      thesis_holes += row["holes"].get<uint64_t>();
+    }
+  }
+  EXPECT_GT(thesis_holes, 0u);  // they can be found
+  expect_page(slurp(folder.path("a.html")), {"fps_800", "holes", "over_thesis"});
 }
 
 TEST(Bench, RefusesPartsThatAreNone) {

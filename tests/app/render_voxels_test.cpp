@@ -57,6 +57,24 @@ TEST(RenderVoxels, TrianglesAreTheDefaultOfMeshes) {
   EXPECT_FALSE(plain["frames"][0].contains("voxels"));
 }
 
+TEST(RenderVoxels, OpponentsDrawLikePictures) {
+  const TemporaryFolder folder;
+  const auto draw = [&](const std::string& skinning) {
+    const std::string out = folder.path(skinning + ".png");
+    const Outcome outcome = run_sinew(
+        render_words(out, {"--mode", "voxels", "--resolution", "800", "--skinning", skinning}));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return out;
+  };
+  const std::string lattice = draw("lattice");
+  for (const char* opponent : {"thesis", "corners"}) {
+    const std::string drawn = draw(opponent);
+    EXPECT_NE(slurp(drawn), slurp(lattice)) << opponent;
+    const Outcome alike = run_sinew({"compare", lattice, drawn, "--max-flip", "0.1"});
+    EXPECT_EQ(alike.exit_code, 0) << opponent << alike.out;
+  }
+}
+
 TEST(RenderVoxels, SaysWhatMakesNoSense) {
   const TemporaryFolder folder;
   const struct {
@@ -71,6 +89,7 @@ TEST(RenderVoxels, SaysWhatMakesNoSense) {
       {{"--mode", "voxels", "--resolution", "4097"}, "--resolution"},
       {{"--mode", "voxels", "--shadow-map", "8"}, "--shadow-map"},
       {{"--mode", "voxels", "--lod", "-1"}, "--lod"},
+      {{"--mode", "voxels", "--skinning", "bones"}, "--skinning"},
       {{"--mode", "voxels", "--resolution", "50", "--view", "heatmap"}, "rasterised"},
       {{"--mode", "voxels", "--tree", "a.tree"}, "--tree"},
   };
