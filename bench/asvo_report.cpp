@@ -182,14 +182,6 @@ std::string table_text(const json& rows, const Table& table) {
   return out;
 }
 
-std::string skipped_text(const json& report) {
-  std::string out;
-  for (const json& sentence : report["skipped"]) {
-    out += "Skipped: " + sentence.get<std::string>() + "\n";
-  }
-  return out.empty() ? "" : "\n" + out;
-}
-
 struct LineChoice {
   const char* key;
   const char* name;

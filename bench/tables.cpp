@@ -155,4 +155,12 @@ std::string update_text(const json& report) {
   return out;
 }
 
+std::string skipped_text(const nlohmann::json& report) {
+  std::string out;
+  for (const nlohmann::json& sentence : report["skipped"]) {
+    out += "Skipped: " + sentence.get<std::string>() + "\n";
+  }
+  return out.empty() ? "" : "\n" + out;
+}
+
 }  // namespace sinew::bench

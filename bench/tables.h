@@ -9,6 +9,8 @@ namespace sinew::bench {
 // What such texts have in common: who takes part, and the figures with their goals.
 std::string bench_head(const nlohmann::json& report);
 std::string figures_text(const nlohmann::json& figures);
+// A line for each thing that the report says was skipped, after an empty one; empty if none was.
+std::string skipped_text(const nlohmann::json& report);
 
 std::string trace_text(const nlohmann::json& report);
 std::string update_text(const nlohmann::json& report);

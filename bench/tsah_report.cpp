@@ -112,14 +112,6 @@ std::string frames_text(const json& rows) {
   return out;
 }
 
-std::string skipped_text(const json& report) {
-  std::string out;
-  for (const json& sentence : report["skipped"]) {
-    out += "Skipped: " + sentence.get<std::string>() + "\n";
-  }
-  return out.empty() ? "" : "\n" + out;
-}
-
 // Ours are blue and green, single frames' trees grey and brown, rebuilds purple, Embree's warm.
 std::string color_of(const std::string& name) {
   static const std::map<std::string, const char*, std::less<>> kColors = {

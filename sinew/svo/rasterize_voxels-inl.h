@@ -149,11 +149,17 @@ struct VoxelVector {
   Vf x, y, depth;
 };
 
-HWY_INLINE VoxelVector place_voxels(const CellMap& map, const uint16_t* spots, bool perspective) {
+// A vector of spots, and where in their cell these are: whole numbers, 0 to 7.
+struct SpotVector {
+  Vu spot;
+  Vf x, y, z;
+};
+
+HWY_INLINE SpotVector load_spots(const uint16_t* spots) {
   const Df d;
   const Du du;
   const Di di;
-  VoxelVector out;
+  SpotVector out;
   out.spot = hn::PromoteTo(du, hn::LoadU(hn::Rebind<uint16_t, Du>(), spots));
   const Vu low = hn::Set(du, 3), high = hn::Set(du, 4);
   const Vu ix = hn::Or(hn::And(out.spot, low), hn::And(hn::ShiftRight<4>(out.spot), high));
@@ -161,14 +167,21 @@ HWY_INLINE VoxelVector place_voxels(const CellMap& map, const uint16_t* spots, b
       hn::Or(hn::And(hn::ShiftRight<2>(out.spot), low), hn::And(hn::ShiftRight<5>(out.spot), high));
   const Vu iz =
       hn::Or(hn::And(hn::ShiftRight<4>(out.spot), low), hn::And(hn::ShiftRight<6>(out.spot), high));
-  const Vf x = hn::ConvertTo(d, hn::BitCast(di, ix));
-  const Vf y = hn::ConvertTo(d, hn::BitCast(di, iy));
-  const Vf z = hn::ConvertTo(d, hn::BitCast(di, iz));
-  out.depth = trilinear(map, 2, x, y, z);
-  out.x = trilinear(map, 0, x, y, z);
-  out.y = trilinear(map, 1, x, y, z);
+  out.x = hn::ConvertTo(d, hn::BitCast(di, ix));
+  out.y = hn::ConvertTo(d, hn::BitCast(di, iy));
+  out.z = hn::ConvertTo(d, hn::BitCast(di, iz));
+  return out;
+}
+
+HWY_INLINE VoxelVector place_voxels(const CellMap& map, const uint16_t* spots, bool perspective) {
+  const SpotVector at = load_spots(spots);
+  VoxelVector out;
+  out.spot = at.spot;
+  out.depth = trilinear(map, 2, at.x, at.y, at.z);
+  out.x = trilinear(map, 0, at.x, at.y, at.z);
+  out.y = trilinear(map, 1, at.x, at.y, at.z);
   if (perspective) {
-    const Vf inverse = hn::Div(hn::Set(d, 1.0f), out.depth);
+    const Vf inverse = hn::Div(hn::Set(Df(), 1.0f), out.depth);
     out.x = hn::Mul(out.x, inverse);
     out.y = hn::Mul(out.y, inverse);
   }

@@ -54,19 +54,13 @@ template <class Map>
 HWY_INLINE VoxelVector place_skinned(const Map& map, const uint16_t* spots, bool perspective) {
   const Df d;
   const Du du;
-  const Di di;
+  const SpotVector at = load_spots(spots);
   VoxelVector out;
-  out.spot = hn::PromoteTo(du, hn::LoadU(hn::Rebind<uint16_t, Du>(), spots));
-  const Vu low = hn::Set(du, 3), high = hn::Set(du, 4);
-  const Vu ix = hn::Or(hn::And(out.spot, low), hn::And(hn::ShiftRight<4>(out.spot), high));
-  const Vu iy =
-      hn::Or(hn::And(hn::ShiftRight<2>(out.spot), low), hn::And(hn::ShiftRight<5>(out.spot), high));
-  const Vu iz =
-      hn::Or(hn::And(hn::ShiftRight<4>(out.spot), low), hn::And(hn::ShiftRight<6>(out.spot), high));
+  out.spot = at.spot;
   const Vf side = hn::Set(d, map.side);
-  const Vf x = hn::MulAdd(hn::ConvertTo(d, hn::BitCast(di, ix)), side, hn::Set(d, map.x));
-  const Vf y = hn::MulAdd(hn::ConvertTo(d, hn::BitCast(di, iy)), side, hn::Set(d, map.y));
-  const Vf z = hn::MulAdd(hn::ConvertTo(d, hn::BitCast(di, iz)), side, hn::Set(d, map.z));
+  const Vf x = hn::MulAdd(at.x, side, hn::Set(d, map.x));
+  const Vf y = hn::MulAdd(at.y, side, hn::Set(d, map.y));
+  const Vf z = hn::MulAdd(at.z, side, hn::Set(d, map.z));
   const size_t first = static_cast<size_t>(spots - map.first_spot);
   const Vu joints = hn::LoadU(du, map.joints + first);
   const Vu weights = hn::LoadU(du, map.weights + first);
