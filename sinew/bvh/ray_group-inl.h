@@ -46,6 +46,55 @@ HWY_INLINE uint32_t group_class(const float* direction) {
 }
 constexpr uint32_t kGroupClasses = 3 << 3;
 
+// As many rays as a vector has lanes, as structure of arrays.
+HWY_INLINE void load_rays(const Ray* rays, hn::Vec<DG>* HWY_RESTRICT origin,
+                          hn::Vec<DG>* HWY_RESTRICT direction) {
+  static_assert(sizeof(Ray) == 8 * sizeof(float));
+  const DG d;
+  const float* const numbers = &rays[0].origin.x;
+  hn::Vec<DG> low[4], high[4];  // origins and directions in turn
+  hn::LoadInterleaved4(d, numbers, low[0], low[1], low[2], low[3]);
+  hn::LoadInterleaved4(d, numbers + 4 * hn::Lanes(d), high[0], high[1], high[2], high[3]);
+  for (int i = 0; i < 4; ++i) {
+    origin[i] = hn::ConcatEven(d, high[i], low[i]);
+    direction[i] = hn::ConcatOdd(d, high[i], low[i]);
+  }
+}
+
+// Whether rays are traceable and of the first one's class, a vector of them at a time.
+class RunOfOneClass {
+ public:
+  explicit RunOfOneClass(const Ray& first)
+      : negative_(negative_axes(&first.direction.x)), largest_(largest_axis(&first.direction.x)) {}
+
+  HWY_INLINE bool includes(const hn::Vec<DG>* origin, const hn::Vec<DG>* direction) const {
+    const DG d;
+    const auto limit = hn::Set(d, std::numeric_limits<float>::max());
+    const auto x = hn::Abs(direction[0]), y = hn::Abs(direction[1]), z = hn::Abs(direction[2]);
+    auto good = hn::Le(origin[3], direction[3]);  // t_min <= t_max
+    good = hn::And(good, hn::Le(hn::Abs(origin[3]), limit));
+    for (int axis = 0; axis < 3; ++axis) {
+      good = hn::And(good, hn::Le(hn::Abs(origin[axis]), limit));
+      const auto as_asked =
+          hn::Set(d, negative_ >> axis & 1 ? -1.0f : 1.0f);  // CopySign keeps that of zeros
+      good = hn::And(
+          good, hn::Gt(hn::Mul(hn::CopySign(as_asked, direction[axis]), as_asked), hn::Zero(d)));
+    }
+    // In the order of largest_axis; what is largest is finite and not tiny.
+    const auto is_z = hn::And(hn::Gt(z, x), hn::Gt(z, y));
+    const auto is_y = hn::AndNot(is_z, hn::Gt(y, x));
+    const auto is_x = hn::Not(hn::Or(is_z, is_y));
+    good = hn::And(good, largest_ == 2 ? is_z : largest_ == 1 ? is_y : is_x);
+    const auto most = hn::Max(hn::Max(x, y), z);
+    good = hn::And(good, hn::And(hn::Le(x, limit), hn::And(hn::Le(y, limit), hn::Le(z, limit))));
+    good = hn::And(good, hn::Ge(most, hn::Set(d, kTiny)));
+    return hn::AllTrue(d, good);
+  }
+
+ private:
+  uint32_t negative_, largest_;
+};
+
 struct alignas(64) RayGroup {
   uint32_t count = 0;
   uint64_t alive = 0;        // rays that still seek a hit
@@ -83,6 +132,32 @@ struct alignas(64) RayGroup {
     ray[count++] = index;
   }
 
+  // Takes kGroup rays that follow each other, the first of which is `index` of the span. False,
+  // with nothing to rely on, if they are of several classes or not all are traceable.
+  HWY_INLINE bool add_run(const Ray* rays, uint32_t index) {
+    const DG d;
+    const DGu du;
+    const auto differs = [&](uint32_t i) {
+      return group_class(&rays[i].direction.x) != group_class(&rays[0].direction.x);
+    };
+    if (differs(1) || differs(kGroup - 1)) return false;  // for most runs that are none
+    const RunOfOneClass one_class(rays[0]);
+    for (uint32_t i = 0; i < kGroup; i += static_cast<uint32_t>(hn::Lanes(d))) {
+      hn::Vec<DG> o[4], along[4];  // the fourths are t_min and t_max
+      load_rays(rays + i, o, along);
+      if (!one_class.includes(o, along)) return false;
+      for (uint32_t axis = 0; axis < 3; ++axis) {
+        hn::Store(o[axis], d, origin[axis] + i);
+        hn::Store(along[axis], d, direction[axis] + i);
+      }
+      hn::Store(o[3], d, t_min + i);
+      hn::Store(along[3], d, t + i);
+      hn::Store(hn::Iota(du, index + i), du, ray + i);
+    }
+    count = kGroup;
+    return true;
+  }
+
   // Nothing was hit yet.
   HWY_INLINE void clear_hits() {
     const DG d;
@@ -92,6 +167,17 @@ struct alignas(64) RayGroup {
       hn::Store(hn::Zero(d), d, w + i);
       hn::Store(hn::Zero(du), du, primitive + i);
       hn::Store(hn::Set(du, kNoObject), du, object + i);
+    }
+  }
+
+  // Rays that found nothing go on for ever.
+  HWY_INLINE void finish() {
+    const DG d;
+    const DGu du;
+    const auto never = hn::Set(d, __builtin_inff());
+    for (size_t i = 0; i < count; i += hn::Lanes(d)) {
+      const auto missed = hn::Eq(hn::Load(du, object + i), hn::Set(du, kNoObject));
+      hn::Store(hn::IfThenElse(hn::RebindMask(d, missed), never, hn::Load(d, t + i)), d, t + i);
     }
   }
 
