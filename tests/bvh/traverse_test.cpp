@@ -142,6 +142,39 @@ TEST(Grouping, FindsTheBitsOfRaysAlone) {
   }
 }
 
+// Of another class than `like`, or untraceable, but for the last.
+std::vector<Ray> odd_rays(const Ray& like) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  std::vector<Ray> odd(10, like);
+  odd[0].direction.x = 0.1f;
+  odd[1].direction = vec3(-3.0f, -0.2f, -1.0f);
+  odd[2].direction.y = 0.0f;
+  odd[3].direction.z = nan;
+  odd[4].origin.y = -INFINITY;
+  odd[5].t_min = nan;
+  odd[6].t_max = -1.0f;
+  odd[7].direction = vec3(-1e-40f, -0.0f, -1e-40f);
+  odd[8].t_max = nan;
+  odd[9].direction.x = -0.0f;
+  return odd;
+}
+
+TEST(Grouping, NoticesTheOddRayOfARun) {
+  constexpr size_t kRun = 64;
+  const uint32_t seed = 31;
+  Random random(seed);
+  const Ray like{vec3(0.5f, 0.6f, 9.0f), 0.0f, vec3(-0.1f, -0.2f, -9.0f)};
+  std::vector<Ray> rays;
+  for (const Ray& odd : odd_rays(like)) {
+    for (size_t i = 0; i < kRun * kRun; ++i) {
+      rays.push_back(i % kRun == i / kRun ? odd : like);
+      rays.back().origin += random.uniform3(0.0f, 1.0f);
+    }
+  }
+  const World world = world_of(test::random_triangles(3000, seed), 1);
+  expect_groups_find_the_same(world, rays, {}, "seed " + std::to_string(seed));
+}
+
 TEST(Grouping, ObeysMasksFacingAndFilters) {
   const test::Shape shape = test::random_triangles(500, 9, 0.2f);
   World world;
