@@ -27,7 +27,7 @@ namespace {
 using nlohmann::json;
 
 constexpr uint32_t kWarmups = 3;
-constexpr uint32_t kCompared = 6;      // every so many frames of the flight
+constexpr uint32_t kCompared = 6;       // every so many frames of the flight
 constexpr uint32_t kMostFrames = 2000;  // until a picture is settled
 constexpr uint64_t kMemory = uint64_t{32} << 30;
 
@@ -53,11 +53,10 @@ class Temporary {
 Result<void> make_file(const StreamOptions& options, const std::string& path) {
   const bool pigman = options.body == "pigman";
   if (!pigman && options.body != "creature") {
-    return fail({ErrorKind::usage, "", "", "there is no body " + options.body,
-                 "give pigman or creature"});
+    return fail(
+        {ErrorKind::usage, "", "", "there is no body " + options.body, "give pigman or creature"});
   }
-  const std::string input =
-      pigman ? options.data + "/skinned/pigman/pigman.glb" : options.creature;
+  const std::string input = pigman ? options.data + "/skinned/pigman/pigman.glb" : options.creature;
   SINEW_TRY(const AsvoBody body, open_asvo_body({options.body, input, false}, options.resolution));
   SINEW_TRY(const SavedSvo saved, save_svo(body.voxels, path));
   return {};
@@ -264,9 +263,9 @@ void add_figures(const json& rows, const json& file, const StreamOptions& option
       all = all && row["identical"] == true;
     }
     if (row["table"] == "stream_flight" && row["budget_mib"] == double(options.flight_budget)) {
-      const std::string where = fmt::format("{} MiB, {} x {} pixels, {} frames; median {:.1f} ms",
-                                            options.flight_budget, options.size, options.size,
-                                            options.frames, row["median_ms"].get<double>());
+      const std::string where =
+          fmt::format("{} MiB, {} x {} pixels, {} frames; median {:.1f} ms", options.flight_budget,
+                      options.size, options.size, options.frames, row["median_ms"].get<double>());
       figures.push_back(figure("flight_stutter", row["stutter"], where));
       figures.push_back(figure("flight_psnr", row["psnr_median"], where));
     }
@@ -327,8 +326,7 @@ Result<json> bench_stream(const StreamOptions& options) {
                                    fmt::format("{} MiB", budget).c_str(), options, whole, box, rows,
                                    skipped));
   }
-  SINEW_CHECKED(
-      measure_settling(path, tight, "a quarter", options, whole, box, rows, skipped));
+  SINEW_CHECKED(measure_settling(path, tight, "a quarter", options, whole, box, rows, skipped));
   const Flight flight = fly(whole, box, options.frames);
   SINEW_CHECKED(measure_flight(path, uint64_t{options.flight_budget} << 20,
                                fmt::format("{} MiB", options.flight_budget).c_str(), options, box,

@@ -14,10 +14,10 @@ struct StreamOptions {
   std::string file;             // a .svo; empty: `body` is voxelised
   std::string body = "pigman";  // or "creature"
   std::string creature = "study:creature,triangles=250000";
-  std::string data;             // folder of pigman
+  std::string data;  // folder of pigman
   uint32_t resolution = 1536;
-  uint32_t size = 800;          // pixels a side
-  uint32_t frames = 240;        // of the flight
+  uint32_t size = 800;                              // pixels a side
+  uint32_t frames = 240;                            // of the flight
   std::vector<uint32_t> budgets = {64, 256, 1024};  // MiB
   uint32_t flight_budget = 256;                     // MiB
   int threads = 2;

@@ -26,7 +26,8 @@ std::string rows_text(const json& rows) {
           row["resolution"].get<uint32_t>(), row["voxels"].get<uint64_t>(),
           row["blocks"].get<uint32_t>(), number(row, "file_mib", 1),
           number(row, "bytes_per_voxel", 2), number(row, "memory_mib", 1),
-          number(row, "skeleton_mib", 1), number(row, "detail_mib", 1), number(row, "least_mib", 1));
+          number(row, "skeleton_mib", 1), number(row, "detail_mib", 1),
+          number(row, "least_mib", 1));
     } else if (table == "stream_settle") {
       settle += fmt::format(
           "{:<12}{:<12}{:>10}{:>10}{:>10}{:>11}{:>7}{:>8}{:>9}{:>10}{:>10}\n",

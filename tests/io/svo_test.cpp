@@ -314,8 +314,7 @@ TEST(Svo, OldVersionsAreNamed) {
   std::string bytes = slurp(folder.path("a.svo"));
   bytes[8] = 1;
   for (const uint64_t memory : {uint64_t{0}, uint64_t{1} << 28}) {
-    const Result<Scene> result =
-        load(folder.write("old.svo", bytes), {.voxel_memory = memory});
+    const Result<Scene> result = load(folder.write("old.svo", bytes), {.voxel_memory = memory});
     ASSERT_FALSE(result);
     EXPECT_NE(result.error().problem.find("version 1"), std::string::npos);
   }
