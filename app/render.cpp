@@ -195,11 +195,11 @@ void report_paging(const RenderJob& job, const Scene& scene, RenderReport& repor
     warn(fmt::format("{} of {} blocks of voxels could not be read and are drawn coarsely: {}",
                      stats.damaged, stats.blocks, stats.problem));
   }
-  if (stats.missing > 0) {
-    warn(
-        fmt::format("--voxel-memory does not hold all that is seen: {} blocks of voxels are drawn "
-                    "coarsely in the last frame",
-                    stats.missing));
+  if (stats.unsettled > 0) {
+    warn(fmt::format(
+        "--voxel-memory does not hold all that is seen: {} pictures or shadow maps show "
+        "voxels more coarsely than they should",
+        stats.unsettled));
   }
 }
 

@@ -161,7 +161,10 @@ template <class Draw>
 void VoxelFrame::draw_settled(const Draw& draw) {
   constexpr int kMostTimes = 32;
   draw();
-  for (int i = 1; i < kMostTimes && settle_paging(scene_->octrees); ++i) draw();
+  for (int i = 1; settle_paging(scene_->octrees); ++i) {
+    if (i == kMostTimes) return give_up_paging(scene_->octrees);
+    draw();
+  }
 }
 
 void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step,

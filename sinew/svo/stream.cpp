@@ -280,7 +280,9 @@ bool PagedSvo::settle() {
     if (stats_.loaded + stats_.damaged == so_far) break;
   }
   plan();  // counts what is missing
-  return epoch_ != before;
+  const bool again = epoch_ != before;
+  if (!again && stats_.missing > 0) ++stats_.unsettled;
+  return again;
 }
 
 PagingStats PagedSvo::stats() const {
@@ -372,6 +374,12 @@ bool settle_paging(std::span<const Svo> octrees) {
   return changed;
 }
 
+void give_up_paging(std::span<const Svo> octrees) {
+  for (const Svo& svo : octrees) {
+    if (svo.paging && svo.paging->settles()) svo.paging->give_up();
+  }
+}
+
 PagingStats paging_stats(std::span<const Svo> octrees) {
   PagingStats sum;
   for (const Svo& svo : octrees) {
@@ -394,6 +402,7 @@ PagingStats paging_stats(std::span<const Svo> octrees) {
     sum.read_ms += one.read_ms;
     sum.frames = std::max(sum.frames, one.frames);
     sum.frames_short = std::max(sum.frames_short, one.frames_short);
+    sum.unsettled += one.unsettled;
     if (sum.problem.empty()) sum.problem = one.problem;
   }
   return sum;

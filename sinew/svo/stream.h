@@ -62,6 +62,7 @@ struct PagingStats {
   double read_ms = 0.0;       // of the reading thread, unpacking included
   uint64_t frames = 0;        // calls of begin_frame()
   uint64_t frames_short = 0;  // of these, after which something that was asked for was missing
+  uint64_t unsettled = 0;     // pictures that settle() left coarser than they should be
   std::string problem;        // what is wrong with the first damaged block
 };
 
@@ -86,6 +87,8 @@ class PagedSvo {
   void begin_frame();
   // Returns whether anything came or went: then the picture is to be drawn again.
   bool settle();
+  // The caller draws no more, though settle() said so.
+  void give_up() { ++stats_.unsettled; }
   bool settles() const { return options_.settle; }
 
   // To be called by the thread that begins frames.
@@ -149,6 +152,7 @@ class PagedSvo {
 // begin_frame() of all octrees that come and go, and settle() of those that are to settle.
 void begin_paging(std::span<const Svo> octrees);
 bool settle_paging(std::span<const Svo> octrees);
+void give_up_paging(std::span<const Svo> octrees);
 // Summed over them.
 PagingStats paging_stats(std::span<const Svo> octrees);
 

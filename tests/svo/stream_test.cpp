@@ -130,6 +130,10 @@ TEST(Stream, UrgentBlocksComeFirst) {
   }
   paging.settle();
   EXPECT_EQ(paging.resident()[7], 1);
+  EXPECT_EQ(paging.stats().unsettled, 0u);  // more came, and is to be drawn
+  for (const uint32_t b : all_blocks(svo)) paging.request(b, b == 7 ? 8.0f : 1.0f);
+  EXPECT_FALSE(paging.settle());
+  EXPECT_EQ(paging.stats().unsettled, 1u);
   EXPECT_GT(paging.stats().missing, 0u);
   EXPECT_LT(paging.stats().resident, svo.block_count());
 }
