@@ -85,5 +85,7 @@ struct VoxelSample {
                            // be clear of the boxes of this voxel and its neighbours on a plane
 };
 VoxelSample sample_voxel(std::span<const VoxelInstance> instances, VisibilityKey key);
+// The same of what a ray has met: Hit::primitive is cell << 10 | code.
+VoxelSample sample_voxel_hit(const VoxelInstance& instance, uint32_t primitive);
 
 }  // namespace sinew

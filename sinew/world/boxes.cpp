@@ -58,6 +58,7 @@ std::vector<TreeBox> World::boxes(uint32_t level) const {
     const Body& body = w.bodies[object.body];
     const PosedObject& posed = frame.objects[instance.object];
     const auto keep = [&](const Box& box) { found.push_back({box, instance.object}); };
+    if (body.octree) return keep(posed.local_box);
     const VisitedBody* const visited = instance.body;
     const bool ready = visited == nullptr || is_ready(*visited);
     const Place root{!ready               ? kNoChild
