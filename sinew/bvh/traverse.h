@@ -76,6 +76,13 @@ enum class Precision : uint8_t {
   fast,        // rays that meet an edge, or a box's side, within rounding may miss
 };
 
+// How wide the rays of a span are, in the world: what is finer need not be looked at. At its origin,
+// and by how much it grows in a unit of length. 0: the finest there is.
+struct RayFootprint {
+  float width = 0.0f;
+  float spread = 0.0f;
+};
+
 struct QueryOptions {
   uint32_t mask = 0xffffffffu;
   Facing facing = Facing::any;
@@ -83,6 +90,14 @@ struct QueryOptions {
   Precision precision = Precision::watertight;
   HitFilter filter = {};
   uint32_t first_ray = 0;  // what the filter is told for rays[0]
+  RayFootprint footprint = {};
+  std::span<const uint8_t> hidden{};  // by object: 1: rays pass it; objects beyond it are met
+
+  // Whether the rays may meet anything of the instance.
+  bool sees(const Instance& instance) const {
+    return (instance.mask & mask) != 0 &&
+           (instance.object >= hidden.size() || hidden[instance.object] == 0);
+  }
 };
 
 // hits[i] = the closest hit of rays[i], or a Hit that is false. Sizes must agree. Rays with a

@@ -84,7 +84,8 @@ float least_lit_share(LightType type, float least_cosine, uint32_t map) {
   textures.build(s.scene);
   VoxelFrame frame;
   frame.bind(s.scene, textures);
-  frame.begin(s.scene, pose, lights, s.settings.voxels, true);
+  frame.begin(s.scene, pose, s.settings.voxels);
+  frame.set_shadows(lights, true);
   frame.draw(s.camera, 128, 128, 1, vec2(0.5f));
   float least = 1.0f;
   uint32_t looked = 0;
@@ -93,7 +94,7 @@ float least_lit_share(LightType type, float least_cosine, uint32_t map) {
     const Ray ray = CameraRays(s.camera, 128, 128)(static_cast<float>(pixel % 128) + 0.5f,
                                                    static_cast<float>(pixel / 128) + 0.5f);
     Surface surface;
-    frame.resolve(pixel, ray, 0, surface);
+    frame.resolve(pixel, ray, {}, surface);
     const vec3 to_light = illuminate(lights[0], surface.position).direction;
     const float cosine = dot(surface.normal, to_light);
     if (cosine < least_cosine) continue;
