@@ -14,6 +14,7 @@
 #include "bench/asvo_rival.h"
 #include "bench/asvo_volumes.h"
 #include "bench/figures.h"
+#include "bench/openvdb_volume.h"
 #include "bench/parts.h"
 #include "sinew/base/parallel.h"
 
@@ -125,6 +126,10 @@ Result<AsvoReport> bench_asvo(const AsvoOptions& options) {
   out.json = report_head("asvo");
   out.json["figures"] = std::move(figures);
   out.json["rows"] = std::move(rows);
+  if (!kHasOpenVdb && wants(options, "revoxelise")) {
+    skipped.push_back(
+        "OpenVDB's meshToVolume: install libopenvdb-dev and libboost-dev, and build again");
+  }
   out.json["skipped"] = std::move(skipped);
   return out;
 }

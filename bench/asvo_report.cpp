@@ -146,7 +146,10 @@ const std::vector<Table>& tables() {
         {"move_ms", "move", 2},
         {"voxelise_ms", "voxelise", 1},
         {"octree_ms", "octree", 1},
-        {"ratio", "ratio", 1}}}};
+        {"ratio", "ratio", 1},
+        {"openvdb_ms", "OpenVDB", 1},
+        {"openvdb_voxels", "its voxels", -1},
+        {"openvdb_ratio", "ratio", 1}}}};
   return kTables;
 }
 

@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "bench/asvo_methods.h"
 #include "bench/figures.h"
 #include "bench/measure.h"
+#include "bench/openvdb_volume.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/svo/svo.h"
 
@@ -140,8 +142,9 @@ Result<void> measure_revoxelise(const AsvoBody& body, const AsvoOptions& options
   PosedSvo posed;
   AsvoPose pose;
   std::vector<vec3> moved(body.rest.size());
-  std::vector<double> move_ms, voxelise_ms, octree_ms, ours_ms;
+  std::vector<double> move_ms, voxelise_ms, octree_ms, ours_ms, openvdb_ms;
   uint64_t voxels = 0;
+  std::optional<uint64_t> openvdb_voxels;
   // Voxels are as large as the octree's.
   for (uint32_t i = 0; i < std::max(options.repeats / 2, 1u) + 1; ++i) {
     pose_at(body, 0, double(i) / 30.0, pose);
@@ -168,11 +171,14 @@ Result<void> measure_revoxelise(const AsvoBody& body, const AsvoOptions& options
     });
     if (!svo) return fail(svo.error());
     voxels = svo->voxel_count();
+    const double openvdb =
+        milliseconds([&] { openvdb_voxels = mesh_to_volume(moved, body.faces, grid.voxel); });
     if (i == 0) continue;  // it warmed up
     ours_ms.push_back(ours);
     move_ms.push_back(moving);
     voxelise_ms.push_back(voxelising);
     octree_ms.push_back(making);
+    openvdb_ms.push_back(openvdb);
   }
   const double theirs = median(move_ms) + median(voxelise_ms) + median(octree_ms);
   rows.push_back({{"table", "asvo_revoxelise"},
@@ -184,6 +190,12 @@ Result<void> measure_revoxelise(const AsvoBody& body, const AsvoOptions& options
                   {"voxelise_ms", median(voxelise_ms)},
                   {"octree_ms", median(octree_ms)},
                   {"ratio", theirs / median(ours_ms)}});
+  if (openvdb_voxels) {
+    json& row = rows.back();
+    row["openvdb_ms"] = median(openvdb_ms);
+    row["openvdb_voxels"] = *openvdb_voxels;
+    row["openvdb_ratio"] = (median(move_ms) + median(openvdb_ms)) / median(ours_ms);
+  }
   return {};
 }
 
