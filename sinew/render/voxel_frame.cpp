@@ -9,6 +9,7 @@
 #include "sinew/render/shade.h"
 #include "sinew/render/voxel_opponents.h"
 #include "sinew/render/voxel_primary.h"
+#include "sinew/svo/stream.h"
 
 namespace sinew {
 namespace {
@@ -132,6 +133,7 @@ VoxelFrame::VoxelFrame() = default;
 VoxelFrame::~VoxelFrame() = default;
 
 void VoxelFrame::bind(const Scene& scene, const TextureTable& textures) {
+  scene_ = &scene;
   bodies_.bind(scene);
   opponents_.reset();
   list_voxel_materials(scene, textures, materials_);
@@ -147,6 +149,9 @@ void VoxelFrame::begin(const World& world, const VoxelSettings& settings) {
   settings_ = settings;
   stats_ = {};
   const double start = now_ms();
+  world_ = &world;
+  begin_paging(scene_->octrees);
+  world.refresh_octrees();
   bodies_.take(world);
   first_object_ = 0;
   draw_all();
@@ -157,6 +162,8 @@ void VoxelFrame::begin(const Scene& scene, const ScenePose& pose, const VoxelSet
   settings_ = settings;
   stats_ = {};
   const double start = now_ms();
+  world_ = nullptr;
+  begin_paging(scene.octrees);
   bodies_.set_pose(scene, pose);
   first_object_ = static_cast<uint32_t>(scene.objects.size());
   draw_all();
@@ -169,7 +176,7 @@ void VoxelFrame::set_shadows(std::span<const ShadingLight> lights, bool maps) {
   const double start = now_ms();
   stats_.shadow_maps = true;
   bodies_.list_boxes();
-  stats_.shadows = shadows_.draw(lights, bodies_, settings_);
+  draw_settled([&] { stats_.shadows = shadows_.draw(lights, bodies_, settings_); });
   stats_.shadow_ms = now_ms() - start;
 }
 
@@ -210,13 +217,23 @@ void VoxelFrame::choose(const CameraView& camera, uint32_t width, uint32_t heigh
   split();
 }
 
+// Draws until nothing more comes. What hides others may become smaller with its detail, so that one
+// time is not always enough; blocks that do not fit at once could take turns for ever.
+template <class Draw>
+void VoxelFrame::draw_settled(const Draw& draw) {
+  constexpr int kMostTimes = 32;
+  draw();
+  for (int i = 1; i < kMostTimes && settle_paging(scene_->octrees); ++i) draw();
+  if (world_ != nullptr) world_->refresh_octrees();
+}
+
 void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step,
                       vec2 offset) {
   const double start = now_ms();
   view_ = camera_raster_view(camera, width, height, step, offset);
   const RasterSettings raster{.smallest = settings_.lod, .lod = settings_.lod > 0.0f};
   if (settings_.skinning == VoxelSkinning::lattice) {
-    stats_.camera = rasterize(drawn_, view_, raster, *scratch_, visibility_);
+    draw_settled([&] { stats_.camera = rasterize(drawn_, view_, raster, *scratch_, visibility_); });
   } else {
     if (!opponents_) opponents_ = std::make_unique<VoxelOpponents>();
     stats_.camera = {};

@@ -43,8 +43,10 @@ class VoxelFrame {
   // Makes the tables that depend on the scene alone; it must outlive them.
   void bind(const Scene& scene, const TextureTable& textures);
 
-  // Begins a frame of what the world shows, until its next commit. All of it is drawn until
-  // choose() says otherwise.
+  // Begins a frame of what the world shows, until its next commit: what comes and goes of octrees
+  // (svo/stream.h), and their poses. All of it is drawn until choose() says otherwise. Of octrees
+  // that are to settle, everything that shadow maps and drawn pictures show is there afterwards.
+  // Must not overlap queries of the world; nor must draw() and set_shadows().
   void begin(const World& world, const VoxelSettings& settings);
   // The same of a scene that is in no world: poses its octrees. Nothing can be traced.
   void begin(const Scene& scene, const ScenePose& pose, const VoxelSettings& settings);
@@ -92,7 +94,11 @@ class VoxelFrame {
   void split();
   VoxelSample sample(VisibilityKey key) const;
   void resolve(const VoxelSample& voxel, const Ray& ray, const RayCone& cone, Surface& out) const;
+  template <class Draw>
+  void draw_settled(const Draw& draw);
 
+  const Scene* scene_ = nullptr;
+  const World* world_ = nullptr;  // null: the octrees are posed here
   VoxelBodies bodies_;
   std::vector<VoxelInstance> drawn_;    // by the rasteriser
   std::vector<uint32_t> drawn_objects_;  // one a drawn instance
