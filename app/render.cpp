@@ -197,9 +197,10 @@ void report_paging(const RenderJob& job, const Scene& scene, RenderReport& repor
                      stats.damaged, stats.blocks, stats.problem));
   }
   if (stats.missing > 0) {
-    warn(fmt::format("--voxel-memory does not hold all that is seen: {} blocks of voxels are drawn "
-                     "coarsely in the last frame",
-                     stats.missing));
+    warn(
+        fmt::format("--voxel-memory does not hold all that is seen: {} blocks of voxels are drawn "
+                    "coarsely in the last frame",
+                    stats.missing));
   }
 }
 

@@ -34,8 +34,8 @@ constexpr const char* kExamples =
 // What the command line holds as text, until it is read.
 struct Flags {
   RenderJob job;
-  std::string output, format, frames, size = "800x600", camera, background, memory, voxel_memory, mode, skinning,
-                                      primary, voxel_shadows, update;
+  std::string output, format, frames, size = "800x600", camera, background, memory, voxel_memory,
+                                      mode, skinning, primary, voxel_shadows, update;
   std::string view = "shaded", layers;
   std::optional<float> quality;
   bool no_shadows = false;
@@ -221,9 +221,10 @@ void add_engine_options(CLI::App& app, Flags& flags) {
       ->check(whole_number_in(0, 4096))
       ->group(kGroup);
   app.add_option("--memory-limit", flags.memory, "2G, 512M ... (default: 8G)")->group(kGroup);
-  app.add_option("--voxel-memory", flags.voxel_memory,
-                 "256M, 1G ...: so much for the octrees of a .svo, whose detail comes from the file "
-                 "as it is seen (default: all is read at once)")
+  app.add_option(
+         "--voxel-memory", flags.voxel_memory,
+         "256M, 1G ...: so much for the octrees of a .svo, whose detail comes from the file "
+         "as it is seen (default: all is read at once)")
       ->group(kGroup);
   app.add_flag("--strict", flags.job.load.strict,
                "Fail if the file holds something that is not supported")

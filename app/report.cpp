@@ -48,13 +48,12 @@ double mrays_per_s(const FrameStats& stats) {
 }
 
 static Json paging_json(const PagingStats& stats) {
-  return {{"budget", stats.budget},       {"least", stats.least},
-          {"skeleton", stats.skeleton},   {"detail", stats.detail},
-          {"most", stats.most},           {"blocks", stats.blocks},
-          {"resident", stats.resident},   {"missing", stats.missing},
-          {"loaded", stats.loaded},       {"evicted", stats.evicted},
-          {"damaged", stats.damaged},     {"bytes_read", stats.bytes_read},
-          {"read_ms", stats.read_ms}};
+  return {
+      {"budget", stats.budget},     {"least", stats.least},     {"skeleton", stats.skeleton},
+      {"detail", stats.detail},     {"most", stats.most},       {"blocks", stats.blocks},
+      {"resident", stats.resident}, {"missing", stats.missing}, {"loaded", stats.loaded},
+      {"evicted", stats.evicted},   {"damaged", stats.damaged}, {"bytes_read", stats.bytes_read},
+      {"read_ms", stats.read_ms}};
 }
 
 static Json update_json(const UpdateStats& stats) {

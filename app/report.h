@@ -28,7 +28,7 @@ struct RenderReport {
   double fps = 0.0;
   int threads = 0;
   uint64_t triangles = 0;
-  uint64_t voxels = 0;  // of all voxel objects
+  uint64_t voxels = 0;                // of all voxel objects
   std::optional<PagingStats> paging;  // if detail of octrees comes and goes
   RenderSettings settings;
   std::vector<std::string> warnings;

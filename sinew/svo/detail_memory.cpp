@@ -48,10 +48,14 @@ void resize_untouched(std::vector<T>& values, size_t count) {
 
 // The buffers in the order of regions; null where the octree has none.
 std::array<const void*, 8> data_of(const Svo& svo) {
-  return {svo.bricks.data(),          svo.normals.data(),
-          svo.colors.data(),          svo.color_ends.data(),
-          svo.color_selectors.data(), svo.brick_level.normals.data(),
-          svo.brick_level.colors.data(), svo.brick_level.spreads.data()};
+  return {svo.bricks.data(),
+          svo.normals.data(),
+          svo.colors.data(),
+          svo.color_ends.data(),
+          svo.color_selectors.data(),
+          svo.brick_level.normals.data(),
+          svo.brick_level.colors.data(),
+          svo.brick_level.spreads.data()};
 }
 
 }  // namespace

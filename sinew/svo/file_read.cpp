@@ -127,8 +127,7 @@ Result<void> place_pages(const PageTable& table, uint64_t size, const Least& lea
                          const Spare& spare, uint64_t& next, std::vector<SvoPage>& out) {
   for (uint32_t i = 0; i < table.packed.size(); ++i) {
     const uint32_t unpacked = table.unpacked[i], packed = table.packed[i];
-    if (unpacked > most_unpacked(packed) || unpacked < least(i) ||
-        unpacked > least(i) + spare(i)) {
+    if (unpacked > most_unpacked(packed) || unpacked < least(i) || unpacked > least(i) + spare(i)) {
       return damaged("a block is larger than its page");
     }
     if (packed > size - next) return damaged("its octree ends too soon");
@@ -267,8 +266,7 @@ Result<SvoIndex> decode_front(std::span<const uint8_t> front, uint64_t size, uin
 // A page unpacked.
 Result<std::vector<uint8_t>> open_page(const SvoPage& page, std::span<const uint8_t> bytes) {
   if (bytes.size() != page.packed) return damaged("its octree ends too soon");
-  return unpack_checked(bytes, page.unpacked, page.checksum,
-                        std::numeric_limits<uint64_t>::max());
+  return unpack_checked(bytes, page.unpacked, page.checksum, std::numeric_limits<uint64_t>::max());
 }
 
 Result<Svo> decode(std::span<const uint8_t> bytes, uint64_t limit) {
@@ -311,8 +309,7 @@ Result<uint64_t> svo_front(std::span<const uint8_t> header, uint64_t size) {
   return sizeof(svo_file::Header) + found.head_packed;
 }
 
-Result<SvoIndex> decode_svo_front(std::span<const uint8_t> front, uint64_t size,
-                                  uint64_t limit) {
+Result<SvoIndex> decode_svo_front(std::span<const uint8_t> front, uint64_t size, uint64_t limit) {
   return svo_file::decode_front(front, size, limit);
 }
 

@@ -199,8 +199,7 @@ bool read_detail(std::span<const uint8_t> bytes, uint32_t block, const PageForma
   const SvoBlock &here = svo.blocks[block], &next = svo.blocks[block + 1];
   StreamReader in(bytes);
   return read_bricks(in, block, svo) && read_voxels(in, block, format, svo) &&
-         (!format.levels ||
-          read_level(in, here.first_brick, next.first_brick, svo.brick_level)) &&
+         (!format.levels || read_level(in, here.first_brick, next.first_brick, svo.brick_level)) &&
          in.at_end();
 }
 

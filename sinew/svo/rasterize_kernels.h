@@ -46,9 +46,9 @@ struct TileJob {
   uint64_t* seen_now = nullptr;                  // written by all tiles at once
   VisibilityKey* keys = nullptr;                 // the tile's first, or
   float* depth = nullptr;
-  uint32_t stride = 0;                    // pixels from one row to the next
-  uint8_t* touched = nullptr;             // of RasterBlocks: set for those that show something finer
-                                          // than cells, or would if it were there; may be null
+  uint32_t stride = 0;         // pixels from one row to the next
+  uint8_t* touched = nullptr;  // of RasterBlocks: set for those that show something finer
+                               // than cells, or would if it were there; may be null
   const SkinnedTable* skinned = nullptr;  // then voxels are placed so (thesis_skinned.h)
 };
 

@@ -223,9 +223,9 @@ HWY_INLINE void note_not_hidden(const TileJob& job, TileBuffers& buffers) {
   }
 }
 
-// Blocks whose cells are not hidden now need their detail. What hides them may be drawn coarsely, so
-// that other blocks are found once it is finer. Whoever wins a pixel is not hidden: when no block
-// that is found lacks its detail, the picture is that of the whole octree.
+// Blocks whose cells are not hidden now need their detail. What hides them may be drawn coarsely,
+// so that other blocks are found once it is finer. Whoever wins a pixel is not hidden: when no
+// block that is found lacks its detail, the picture is that of the whole octree.
 HWY_INLINE void note_touched(const TileJob& job, TileBuffers& buffers) {
   update(buffers.planes, buffers.far);
   for (uint32_t i = 0; i < job.count; ++i) {

@@ -33,8 +33,8 @@ struct SvoInFile {
   std::shared_ptr<const RandomFile> file;
   uint64_t offset = 0, size = 0;  // of the octree in the file
   SvoIndex index;
-  uint64_t least = 0;  // bytes of memory that it needs at least: the skeleton, the largest block and
-                       // room to unpack it
+  uint64_t least = 0;  // bytes of memory that it needs at least: the skeleton, the largest block
+                       // and room to unpack it
 };
 // Errors name no file but are bad_input; `limit`: bytes of memory for the head.
 Result<SvoInFile> find_svo(std::shared_ptr<const RandomFile> file, uint64_t offset, uint64_t size,
@@ -53,16 +53,16 @@ struct PagingStats {
   uint64_t in_use = 0;    // bytes, with the skeleton
   uint64_t most = 0;      // ... at any time
   uint32_t blocks = 0, resident = 0;
-  uint32_t seen = 0;      // blocks that the last frame asked for
-  uint32_t missing = 0;   // ... and that are not there
-  uint64_t loaded = 0;    // blocks, ever
-  uint64_t evicted = 0;   // blocks, ever
-  uint64_t damaged = 0;   // blocks that cannot be read
+  uint32_t seen = 0;     // blocks that the last frame asked for
+  uint32_t missing = 0;  // ... and that are not there
+  uint64_t loaded = 0;   // blocks, ever
+  uint64_t evicted = 0;  // blocks, ever
+  uint64_t damaged = 0;  // blocks that cannot be read
   uint64_t bytes_read = 0;
-  double read_ms = 0.0;  // of the reading thread, unpacking included
-  uint64_t frames = 0;       // calls of begin_frame()
+  double read_ms = 0.0;       // of the reading thread, unpacking included
+  uint64_t frames = 0;        // calls of begin_frame()
   uint64_t frames_short = 0;  // of these, after which something that was asked for was missing
-  std::string problem;   // what is wrong with the first damaged block
+  std::string problem;        // what is wrong with the first damaged block
 };
 
 class PagedSvo {

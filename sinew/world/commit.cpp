@@ -88,6 +88,17 @@ bool is_shown(const Object& object, const PosedObject& posed) {
          !posed.box.empty() && is_finite(posed.box);
 }
 
+Instance instance_of_octree(const Object& object, ObjectId id, const PosedObject& posed,
+                            const PosedOctree& octree) {
+  return {.boxes = &octree.leaves.body(),
+          .to_object = posed.to_object,
+          .object = id,
+          .mask = object.desc.mask,
+          .in_place = posed.in_place,
+          .filtered = object.desc.filtered,
+          .placement = posed.placement};
+}
+
 Instance instance_of(const Object& object, ObjectId id, const Body& body, PosedObject& posed) {
   Bvh8& bvh = body.deforms ? posed.bvh : const_cast<Bvh8&>(body.bvh);
   const bool visits = body.deforms && posed.mode != UpdateMode::full;
@@ -242,6 +253,7 @@ void World::Impl::update(uint32_t index) {
     for (size_t i = begin; i < end; ++i) update_object(frame, other, frame.moved[i]);
   });
   pose_octrees(frame, other);
+  refresh_octrees(frame);
   count_updates(frame);
   build_top_tree(frame);
   for (Object& object : objects) object.fresh = false;
@@ -302,12 +314,13 @@ void World::Impl::build_top_tree(WorldFrame& frame) {
     if (object.alive && posed.present && !posed.finite) ++frame.stats.objects_skipped;
     if (!is_shown(object, posed)) continue;
     const Body& body = bodies[object.body];
-    if (body.octree) {  // rays do not see it yet
-      frame.voxels.push_back(id);
-      continue;
-    }
     const auto index = static_cast<uint32_t>(frame.instances.size());
-    frame.instances.push_back(instance_of(object, id, body, posed));
+    if (body.octree) {
+      frame.voxels.push_back(id);
+      frame.instances.push_back(instance_of_octree(object, id, posed, frame.octrees[posed.octree]));
+    } else {
+      frame.instances.push_back(instance_of(object, id, body, posed));
+    }
     frame.box.extend(padded(posed, posed.box));
     const bool by_treelets = top_tree == TopTree::treelets && body.deforms && !body.octree &&
                              tree_of(body, posed).layout.upper_nodes > 0;
@@ -336,6 +349,7 @@ void World::flip() {
   if (!impl_->staged) return;
   impl_->shown = 1 - impl_->shown;
   impl_->staged = false;
+  impl_->refresh_octrees(impl_->now());
 }
 
 }  // namespace sinew

@@ -10,6 +10,7 @@
 
 #include "sinew/base/parallel.h"
 #include "sinew/svo/corners.h"
+#include "sinew/svo/stream.h"
 
 namespace sinew {
 namespace {
@@ -82,6 +83,17 @@ uint32_t take_free(BodyId body, uint32_t last, std::deque<PosedOctree>& octrees,
   return static_cast<uint32_t>(octrees.size() - 1);
 }
 
+// Says which blocks' details rays may look at, and drops what rays have made.
+void start_leaves(const OctreeBody& body, PosedOctree& octree) {
+  const Svo& svo = *body.motion.svo;
+  std::span<const uint8_t> resident;
+  if (svo.paging) {
+    resident = svo.paging->resident();
+    octree.paging_epoch = svo.paging->epoch();
+  }
+  octree.leaves.set_pose(body.layout, octree.svo, resident);
+}
+
 Box rest_box(const Svo& svo) {
   Box box;
   for (uint32_t b = 0; b < svo.block_count(); ++b) {
@@ -128,6 +140,7 @@ Result<BodyId> World::add_octree(const OctreeDesc& desc) {
   Body body;
   body.octree = std::make_unique<OctreeBody>();
   body.octree->motion = make_svo_motion(svo);
+  SINEW_TRY(body.octree->layout, make_leaf_layout(svo));
   body.deforms = svo.joints > 0 || svo.morph_targets > 0;
   body.built_box = built_box(*body.octree, desc.build_pose);
   impl_->bodies.push_back(std::move(body));
@@ -188,14 +201,30 @@ void World::Impl::pose_octrees(WorldFrame& frame, const WorldFrame& other) {
       octree.pose.joints = octree.joints;
       octree.pose.weights = octree.weights;
       octree.svo.set_pose(body.motion, octree.pose);
+      start_leaves(body, octree);
     }
   });
   for (const ObjectId id : frame.moved) {
     PosedObject& posed = frame.objects[id];
     if (posed.octree == kNoOctree) continue;
-    posed.local_box = frame.octrees[posed.octree].svo.bounds(0);
+    posed.local_box = frame.octrees[posed.octree].leaves.bounds();
     posed.box = posed.in_place ? posed.local_box : transform_box(posed.placement, posed.local_box);
   }
+}
+
+// Poses that were made when other details were there.
+void World::Impl::refresh_octrees(WorldFrame& frame) {
+  for (PosedOctree& octree : frame.octrees) {
+    const OctreeBody& body = *bodies[octree.body].octree;
+    const PagedSvoPtr& paging = body.motion.svo->paging;
+    if (octree.users == 0 || !paging || paging->epoch() == octree.paging_epoch) continue;
+    start_leaves(body, octree);
+  }
+}
+
+void World::refresh_octrees() const {
+  const UpdateGate::Update updating(impl_->now().gate);
+  impl_->refresh_octrees(impl_->now());
 }
 
 void count_octrees(const WorldFrame& frame, UpdateStats& stats) {
@@ -207,6 +236,8 @@ void count_octrees(const WorldFrame& frame, UpdateStats& stats) {
     const PosedOctree& octree = frame.octrees[index];
     stats.blocks += octree.svo.svo().block_count();
     stats.blocks_made += octree.svo.blocks_made();
+    const SvoLeaves::Counts made = octree.leaves.made();
+    for (const uint32_t cells : made.cells) stats.cells_made += cells;
   }
 }
 
@@ -216,7 +247,7 @@ std::string validate_octree(const WorldFrame& frame, ObjectId id) {
   const PosedOctree& octree = frame.octrees[posed.octree];
   const auto shows = [&](const PosedObject& o) { return o.octree == posed.octree; };
   if (std::ranges::count_if(frame.objects, shows) != octree.users) return "users are miscounted";
-  const Box box = octree.svo.bounds(0);
+  const Box box = octree.leaves.bounds();
   for (uint32_t b = 0; b < octree.svo.svo().block_count(); ++b) {
     if (!octree.svo.is_made(b)) continue;
     for (const vec3 p : octree.svo.block(b).positions) {

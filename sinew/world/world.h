@@ -68,6 +68,7 @@ struct UpdateStats {
   uint32_t octrees_posed = 0;  // new poses in the last commit
   uint64_t blocks = 0;
   uint64_t blocks_made = 0;  // for the last pose, by rays or by who drew them
+  uint64_t cells_made = 0;   // by rays; each level of detail of a cell counts
 };
 
 // What hangs below the top tree: whole objects, or the treelets of all deforming objects and whole
@@ -193,12 +194,15 @@ class World {
   // there are not made again by rays, and the other way round. Making blocks must not overlap
   // queries. None if the object is not one of these. Valid until the next commit or flip.
   std::optional<VoxelInstance> voxel_instance(ObjectId object) const;
+  // Octrees larger than memory (svo/stream.h): to be called when details have come or gone since
+  // the last commit or flip, which do it too. Must not overlap queries.
+  void refresh_octrees() const;
   // What a ray has met, looked up. The hit must be a voxel's, of this frame.
   VoxelSample sample_voxel(const Hit& hit) const;
 
   Affine placement(ObjectId object) const;  // object -> world
   bool mirrored(ObjectId object) const;     // its placement turns triangles inside out
-  UpdateStats stats() const;
+  UpdateStats stats() const;                // must not overlap queries if there are voxel objects
   UpdateChoice choice(ObjectId object) const;
   std::string validate() const;  // empty text if every invariant holds
 

@@ -14,6 +14,7 @@
 #include "sinew/bvh/visit.h"
 #include "sinew/bvh/wide.h"
 #include "sinew/motion/clusters.h"
+#include "sinew/svo/leaves.h"
 #include "sinew/svo/posed.h"
 #include "sinew/world/world.h"
 
@@ -29,6 +30,7 @@ struct BodyTree {
 // An octree as rays see it.
 struct OctreeBody {
   SvoMotion motion;
+  SvoLeafLayout layout;
 };
 
 // What stays the same while things move.
@@ -65,6 +67,8 @@ struct PosedOctree {
   std::vector<float> weights;
   Pose pose;  // views of these
   PosedSvo svo;
+  SvoLeaves leaves;
+  uint64_t paging_epoch = 0;  // of the details that are there, if they come and go
 };
 inline constexpr uint32_t kNoOctree = 0xffffffffu;
 
@@ -163,6 +167,7 @@ struct World::Impl {
   const Pose& next_pose(const WorldFrame& other, ObjectId id) const;
   void find_octrees(WorldFrame& frame, const WorldFrame& other);
   void pose_octrees(WorldFrame& frame, const WorldFrame& other);
+  void refresh_octrees(WorldFrame& frame);
   void update_shape(const Body& body, PosedObject& posed);
   void update_part(const Body& body, const Pose& pose, PosedObject& posed);
   std::optional<UpdateOutcome> outcome(const Body& body, const PosedObject& last) const;

@@ -194,7 +194,7 @@ TEST(Stream, EveryFlippedByte) {
     EXPECT_NE(stats.problem, "");
     EXPECT_EQ(stats.resident, svo.block_count() - 1);
     for (uint32_t b = 0; b < svo.block_count(); ++b) {
-      if (paged->paging->resident()[b] != 0) EXPECT_TRUE(same_detail(*paged, svo, b));
+      EXPECT_TRUE(paged->paging->resident()[b] == 0 || same_detail(*paged, svo, b));
     }
     ask(*paged, all_blocks(svo));  // nobody tries again
     EXPECT_EQ(paged->paging->stats().damaged, 1u);
@@ -317,7 +317,7 @@ TEST(StreamThreads, RequestsFromManyThreads) {
         const uint32_t b = static_cast<uint32_t>(i) % svo.block_count();
         if (hash_u32(frame / 5 + b) % 3 == 0) paging.request(b, 1.0f + static_cast<float>(i));
         // What is there is read while other blocks come.
-        if (paging.resident()[b] != 0) EXPECT_TRUE(same_detail(*paged, svo, b));
+        EXPECT_TRUE(paging.resident()[b] == 0 || same_detail(*paged, svo, b));
       }
     });
     paging.begin_frame();

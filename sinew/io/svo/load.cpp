@@ -46,8 +46,7 @@ Result<std::vector<SvoInFile>> find_octrees(const std::shared_ptr<const RandomFi
                                             const svo_file::SectionTable& table, uint64_t limit) {
   std::vector<SvoInFile> found;
   for (size_t i = 0; i < table.octrees.size(); ++i) {
-    Result<SvoInFile> one =
-        find_svo(file, table.octrees[i].offset, table.octrees[i].size, limit);
+    Result<SvoInFile> one = find_svo(file, table.octrees[i].offset, table.octrees[i].size, limit);
     if (!one) return in_file(one.error(), file->path(), fmt::format("octree {}", i));
     found.push_back(std::move(*one));
   }
