@@ -27,14 +27,15 @@ tl::unexpected<Error> usage(std::string problem, std::string remedy) {
   return fail({ErrorKind::usage, "", "", std::move(problem), std::move(remedy)});
 }
 
-// What shows rays needs triangles: voxels are rasterised.
+// What camera rays cost needs camera rays.
 Result<void> check_view(const RenderJob& job, const Scene& scene) {
-  const View view = job.view.view;
-  if ((view != View::heatmap && view != View::boxes) || !scene.objects.empty()) return {};
+  const VoxelSettings& voxels = job.settings.voxels;
+  const bool traced =
+      voxels.skinning == VoxelSkinning::lattice && voxels.primary != VoxelPrimary::raster;
+  if (job.view.view != View::heatmap || !scene.objects.empty() || traced) return {};
   return usage(
-      "--view heatmap and boxes show the hierarchy that rays meet, and this scene has only "
-      "voxels, which are rasterised",
-      "use --view shaded, normals, depth or objects");
+      "--view heatmap shows what rays cost, and this scene has only voxels, which are rasterised",
+      "use --primary trace, or another --view");
 }
 
 Result<void> check_outputs(const RenderJob& job) {

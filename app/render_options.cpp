@@ -35,7 +35,7 @@ constexpr const char* kExamples =
 struct Flags {
   RenderJob job;
   std::string output, format, frames, size = "800x600", camera, background, memory, voxel_memory,
-                                      mode, skinning, update;
+                                      mode, skinning, primary, voxel_shadows, update;
   std::string view = "shaded", layers;
   std::optional<float> quality;
   bool no_shadows = false;
@@ -182,6 +182,15 @@ void add_voxel_options(CLI::App& app, Flags& flags) {
                  "What moves voxels: lattice; or, to compare with, thesis (joints of every voxel) "
                  "or corners (of every corner of every voxel) (default: lattice)")
       ->group(kGroup);
+  app.add_option("--primary", flags.primary,
+                 "How voxels in front are found: raster, trace (by camera rays), or auto, which "
+                 "chooses for each object what should be cheaper (default: auto); other rays see "
+                 "all voxels")
+      ->group(kGroup);
+  app.add_option("--voxel-shadows", flags.voxel_shadows,
+                 "Where shadows of voxels come from: maps, rays, or auto: maps where nothing else "
+                 "needs rays, and with --time-budget (default: auto)")
+      ->group(kGroup);
   app.add_option("--shadow-map", voxels.shadow_map,
                  "Pixels a side of the map that a light's shadows of voxels are drawn in, 16 to "
                  "16384 (default: 1024)")
@@ -233,8 +242,30 @@ Result<VoxelSkinning> parse_skinning(const std::string& word) {
   return usage("--skinning '" + word + "' is unknown", "there are lattice, thesis and corners");
 }
 
+Result<VoxelPrimary> parse_primary(const std::string& word) {
+  if (word.empty() || word == "auto") return VoxelPrimary::automatic;
+  if (word == "raster") return VoxelPrimary::raster;
+  if (word == "trace") return VoxelPrimary::trace;
+  return usage("--primary '" + word + "' is unknown", "there are raster, trace and auto");
+}
+
+Result<VoxelShadowing> parse_voxel_shadows(const std::string& word) {
+  if (word.empty() || word == "auto") return VoxelShadowing::automatic;
+  if (word == "maps") return VoxelShadowing::maps;
+  if (word == "rays") return VoxelShadowing::rays;
+  return usage("--voxel-shadows '" + word + "' is unknown", "there are maps, rays and auto");
+}
+
 Result<void> read_mode(const Flags& flags, RenderJob& job) {
-  SINEW_TRY(job.settings.voxels.skinning, parse_skinning(flags.skinning));
+  VoxelSettings& voxels = job.settings.voxels;
+  SINEW_TRY(voxels.skinning, parse_skinning(flags.skinning));
+  SINEW_TRY(voxels.primary, parse_primary(flags.primary));
+  SINEW_TRY(voxels.shadowing, parse_voxel_shadows(flags.voxel_shadows));
+  if (voxels.skinning != VoxelSkinning::lattice && voxels.primary == VoxelPrimary::trace) {
+    return usage("--primary trace: rays meet voxels where the lattice moves them, and --skinning " +
+                     flags.skinning + " moves them otherwise",
+                 "leave one of them out");
+  }
   SINEW_TRY(job.mode.mode, parse_mode(flags.mode));
   if (!job.mode.voxelize.empty() && job.mode.mode != DrawMode::mixed) {
     return usage("--voxelize chooses what becomes voxels in a mixed picture",

@@ -21,6 +21,9 @@ Json rays_json(const RayCounts& rays) {
 Json voxels_json(const VoxelStats& stats, double draw_ms) {
   const RasterStats& camera = stats.camera;
   return {{"objects", stats.objects},
+          {"objects_rasterised", stats.objects - stats.traced},
+          {"objects_traced", stats.traced},
+          {"shadow_maps", stats.shadow_maps},
           {"passes", stats.passes},
           {"blocks", camera.blocks},
           {"blocks_drawn", camera.blocks_drawn},

@@ -66,7 +66,8 @@ class PictureMaker {
     painter_.set_pose(pose_);
     camera_ = body_camera(body_box(body_, pose_), 0.9f);
     gather_lights(body_.voxels, pose_.drawn, camera_, lights_);
-    frame_.begin(body_.voxels, pose_.drawn, lights_, {}, true);
+    frame_.begin(body_.voxels, pose_.drawn, {});
+    frame_.set_shadows(lights_, true);
     return {};
   }
 

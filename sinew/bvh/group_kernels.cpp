@@ -141,7 +141,7 @@ class GroupTraversal {
   // `part` is the child word of a part of it, or kNoChild for all.
   void visit_instance(const Instance& instance, uint32_t part, RayGroup& group, uint64_t mask,
                       size_t base) {
-    if ((instance.mask & options_.mask) == 0) return;
+    if (!options_.sees(instance)) return;
     if (instance.boxes != nullptr) {
       if (instance.boxes->root == kNoChild) return;
       if (instance.in_place) return visit_boxes(instance, group, mask, base);

@@ -281,7 +281,7 @@ class Traversal {
   // `part` is the child word of a part of it, or kNoChild for all.
   bool visit_instance(const Instance& instance, uint32_t part, const Setup& world,
                       StackEntry* base) {
-    if ((instance.mask & options_.mask) == 0) return false;
+    if (!options_.sees(instance)) return false;
     if (instance.boxes != nullptr) return visit_boxes(instance, world, base);
     choose_side(instance);
     return with_setup(instance, world, [&](const Setup& setup) {

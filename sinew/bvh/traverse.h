@@ -93,6 +93,13 @@ struct QueryOptions {
   HitFilter filter = {};
   uint32_t first_ray = 0;  // what the filter is told for rays[0]
   RayFootprint footprint = {};
+  std::span<const uint8_t> hidden{};  // by object: 1: rays pass it; objects beyond it are met
+
+  // Whether the rays may meet anything of the instance.
+  bool sees(const Instance& instance) const {
+    return (instance.mask & mask) != 0 &&
+           (instance.object >= hidden.size() || hidden[instance.object] == 0);
+  }
 };
 
 // hits[i] = the closest hit of rays[i], or a Hit that is false. Sizes must agree. Rays with a

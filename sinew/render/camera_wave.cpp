@@ -39,6 +39,7 @@ void start_wave(const DrawnPixels& pixels, uint32_t first, uint32_t last, vec2 o
   const TileGrid& grid = pixels.grid;
   const RayCone cone = pixels.cone();
   const size_t start = grid.first_pixel(first);
+  wave.camera = true;
   wave.resize(grid.first_pixel(last) - start);
   parallel_for(last - first, 4, [&](size_t begin, size_t end) {
     for (size_t t = begin; t < end; ++t) {
@@ -81,6 +82,7 @@ void CoarseToFine::resize(uint32_t width, uint32_t height) {
 
 void CoarseToFine::start_wave(const DrawnPixels& pixels, size_t begin, size_t end,
                               Wave& wave) const {
+  wave.camera = true;
   wave.resize(end);
   parallel_for(end - begin, kChunk, [&](size_t chunk_begin, size_t chunk_end) {
     for (size_t i = begin + chunk_begin; i < begin + chunk_end; ++i) {

@@ -46,6 +46,7 @@ void shade_and_follow(const FrameContext& frame, uint32_t sample, RenderScratch&
                       Tally& tally, Image& image) {
   Wave& wave = scratch.wave;
   while (wave.count > 0) {
+    settle_starts(frame, wave, tally);
     for (size_t i = 0; i < scratch.lights.size(); ++i) {
       add_light(frame, scratch.lights[i], i, wave, scratch.probes, tally);
     }
@@ -57,7 +58,7 @@ void shade_and_follow(const FrameContext& frame, uint32_t sample, RenderScratch&
   }
 }
 
-// The voxels of a whole pass are found at once, so that with them passes come one after the other.
+// The rasteriser draws the voxels of a whole pass at once, so that passes come one after the other.
 void draw_with_voxels(const FrameContext& frame, const CameraView& camera,
                       const DrawnPixels& pixels, RenderScratch& scratch, Tally& tally,
                       Image& image) {
@@ -72,7 +73,7 @@ void draw_with_voxels(const FrameContext& frame, const CameraView& camera,
   }
 }
 
-// Without triangles there is nothing to trace.
+// Nothing is traced.
 void draw_voxels_alone(const FrameContext& frame, const CameraView& camera,
                        const DrawnPixels& pixels, RenderScratch& scratch, Tally& tally,
                        Image& image) {
@@ -103,8 +104,9 @@ void draw_voxels_alone(const FrameContext& frame, const CameraView& camera,
 void draw_everything(const FrameContext& frame, const CameraView& camera, const DrawnPixels& pixels,
                      RenderScratch& scratch, Tally& tally, Image& image) {
   const uint32_t samples = frame.settings.samples, tiles = pixels.grid.count();
-  if (frame.voxels) draw_with_voxels(frame, camera, pixels, scratch, tally, image);
-  for (uint32_t tile = 0; tile < tiles && !frame.voxels; tile += kBatchTiles) {
+  const bool drawn = frame.voxels && frame.voxels->rasters();
+  if (drawn) draw_with_voxels(frame, camera, pixels, scratch, tally, image);
+  for (uint32_t tile = 0; tile < tiles && !drawn; tile += kBatchTiles) {
     for (uint32_t sample = 0; sample < samples; ++sample) {
       draw_tiles(frame, pixels, tile, std::min(tile + kBatchTiles, tiles), sample,
                  hammersley(sample, samples), scratch, tally, image);
@@ -120,7 +122,9 @@ void draw_in_time(const FrameContext& frame, const CameraView& camera, const Dra
                   RenderScratch& scratch, Tally& tally, Image& image) {
   CoarseToFine& order = scratch.order;
   Wave& wave = scratch.wave;
-  if (frame.voxels) draw_voxels(camera, frame.settings, pixels, vec2(0.5f), scratch, tally);
+  if (frame.voxels && frame.voxels->rasters()) {
+    draw_voxels(camera, frame.settings, pixels, vec2(0.5f), scratch, tally);
+  }
   order.resize(pixels.grid.width, pixels.grid.height);
   size_t drawn = 0;
   while (drawn < order.count() && (drawn < order.coarsest() || !frame.deadline.passed())) {
@@ -160,6 +164,30 @@ bool has_triangles(const ScenePose& pose) {
                      [](const Pose& object) { return object.present; });
 }
 
+bool casts_shadows(std::span<const ShadingLight> lights) {
+  return std::ranges::any_of(lights, [](const ShadingLight& light) { return light.shadows; });
+}
+
+// Decides what of the voxels is drawn and what is traced.
+void begin_voxels(const ScenePose& pose, const CameraView& camera, RenderScratch& scratch,
+                  FrameContext& frame) {
+  const RenderSettings& settings = frame.settings;
+  VoxelFrame& voxels = scratch.voxels;
+  const bool shadows = settings.shadows && casts_shadows(scratch.lights);
+  const VoxelShadowing from = settings.voxels.shadowing;
+  frame.voxels = &voxels;
+  frame.near_triangles = has_triangles(pose);
+  const bool rays = frame.near_triangles || settings.ambient_rays > 0 ||
+                    (settings.reflections > 0 && voxels.has_mirrors()) ||
+                    (shadows && from == VoxelShadowing::rays);
+  voxels.choose(camera, settings.width, settings.height, settings.subsampling, rays);
+  frame.voxels_alone = !rays && voxels.stats().traced == 0;
+  frame.voxel_maps = shadows && (from == VoxelShadowing::maps ||
+                                 (from == VoxelShadowing::automatic &&
+                                  (frame.voxels_alone || settings.time_budget_ms > 0.0)));
+  voxels.set_shadows(scratch.lights, frame.voxel_maps);
+}
+
 }  // namespace
 
 void RenderScratchDeleter::operator()(RenderScratch* scratch) const {
@@ -180,8 +208,8 @@ FrameContext begin_frame(const World& world, const Scene& scene, const ScenePose
   gather_lights(scene, pose, camera, scratch.lights);
 
   FrameContext frame{world, scene, settings, scratch.textures};
-  scratch.voxels.begin(scene, pose, scratch.lights, settings.voxels, settings.shadows);
-  if (scratch.voxels.any()) frame.voxels = &scratch.voxels;
+  scratch.voxels.begin(world, settings.voxels);
+  if (scratch.voxels.any()) begin_voxels(pose, camera, scratch, frame);
   frame.ambient_distance = settings.ambient_distance;
   if (frame.ambient_distance == 0.0f) {
     frame.ambient_distance = world.size() > 0.0f ? 0.25f * world.size() : 1.0f;
@@ -235,7 +263,7 @@ FrameStats render_frame(const World& world, const Scene& scene, const ScenePose&
   const DrawnPixels pixels{CameraRays(camera, settings.width, settings.height), grid,
                            static_cast<float>(step), ray_share(in_frame)};
   Image& drawn = step > 1 ? scratch.drawn : out;
-  if (frame.voxels && !has_triangles(pose)) {
+  if (frame.voxels_alone) {
     resize(grid.width, grid.height, drawn);
     draw_voxels_alone(frame, camera, pixels, scratch, tally, drawn);
   } else {

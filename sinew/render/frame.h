@@ -71,9 +71,10 @@ using RenderScratchPtr = std::unique_ptr<RenderScratch, RenderScratchDeleter>;
 RenderScratchPtr make_render_scratch();
 
 // Draws the world as `pose` has it (the world must have been committed with that pose) to `out`:
-// linear radiance. The scene's triangles are traced, its voxels rasterised, and each casts shadows
-// on the other; mirrors and ambient occlusion do not see voxels yet. Same bits for every thread
-// count. Settings must be in range (checked).
+// linear radiance. Triangles are traced, voxels rasterised or traced as the settings say; shadows,
+// ambient occlusion, mirrors and glass see both. Voxels alone that call for none of these but
+// shadows are drawn and shaded without any ray. Same bits for every thread count. Settings must be
+// in range (checked).
 FrameStats render_frame(const World& world, const Scene& scene, const ScenePose& pose,
                         const CameraView& camera, const RenderSettings& settings,
                         RenderScratch& scratch, Image& out);

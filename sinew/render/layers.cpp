@@ -23,11 +23,15 @@ struct Pass {
   LayerScratch& scratch;
   FrameLayers& out;
   bool filtered;
+  float lod;  // pixels
 
-  bool voxels() const { return scratch.voxels.any(); }
-  // Whether the pixel shows a voxel.
+  RayCone cone() const { return {camera_rays.pixel_width(), camera_rays.pixel_spread()}; }
+  bool drawn() const { return scratch.voxels.rasters(); }
+  // Whether the pixel shows a voxel, drawn or traced.
   bool shows_voxel(size_t pixel) const {
-    return !scratch.hits[pixel] && voxels() && scratch.voxels.visibility().keys[pixel] != kNothing;
+    const Hit& hit = scratch.hits[pixel];
+    if (hit) return hit.object >= scene.objects.size();
+    return drawn() && scratch.voxels.visibility().keys[pixel] != kNothing;
   }
   Ray ray(size_t pixel) const {
     return camera_rays(static_cast<float>(pixel % out.width) + 0.5f,
@@ -41,12 +45,14 @@ void trace(const Pass& pass, size_t begin, size_t end) {
   const size_t count = end - begin;
   for (size_t i = 0; i < count; ++i) {
     rays[i] = pass.ray(begin + i);
-    if (pass.voxels())
+    if (pass.drawn())
       rays[i].t_max = std::max(pass.scratch.voxels.t_of(begin + i, rays[i]), rays[i].t_min);
   }
   const FilterContext filter{&pass.world, &pass.scene, rays.data()};
   QueryOptions options{.facing = Facing::front};
   if (pass.filtered) options.filter = visible_filter(filter);
+  if (pass.drawn()) options.hidden = pass.scratch.voxels.drawn();
+  options.footprint = {pass.lod * pass.cone().width, pass.lod * pass.cone().spread};
   const std::span<Hit> hits(pass.scratch.hits.data() + begin, count);
   if (!pass.choice.traversal) {
     pass.world.closest_hits({rays.data(), count}, hits, options);
@@ -57,15 +63,23 @@ void trace(const Pass& pass, size_t begin, size_t end) {
   for (size_t i = 0; i < count; ++i) pass.out.traversal[begin + i] = counts[i].steps();
 }
 
-// The voxel in front.
+// The voxel in front; the same numbers whether it was drawn or traced.
 void store_voxel(const Pass& pass, size_t pixel) {
+  const VoxelFrame& voxels = pass.scratch.voxels;
+  const Hit& hit = pass.scratch.hits[pixel];
+  const Ray ray = pass.ray(pixel);
   Surface surface;
-  pass.scratch.voxels.resolve(pixel, pass.ray(pixel),
-                              static_cast<uint32_t>(pass.scene.objects.size()), surface);
+  if (hit) {
+    voxels.resolve(pass.world, hit, ray, pass.cone(), surface);
+  } else {
+    voxels.resolve(pixel, ray, pass.cone(), surface);
+  }
   if (pass.choice.object) pass.out.object[pixel] = surface.hit.object;
-  if (pass.choice.primitive) pass.out.primitive[pixel] = surface.hit.primitive;
+  if (pass.choice.primitive) pass.out.primitive[pixel] = hit ? hit.primitive >> 10
+                                                             : surface.hit.primitive;
   if (pass.choice.depth) {
-    pass.out.depth[pixel] = key_depth(pass.scratch.voxels.visibility().keys[pixel]);
+    pass.out.depth[pixel] =
+        dot(surface.position - pass.camera.to_world[3], -pass.camera.to_world[2]);
   }
   if (pass.choice.normal) pass.out.normal[pixel] = surface.normal;
 }
@@ -73,6 +87,10 @@ void store_voxel(const Pass& pass, size_t pixel) {
 void store_hits(const Pass& pass, size_t begin, size_t end) {
   const vec3 axis = -pass.camera.to_world[2];
   for (size_t i = begin; i < end; ++i) {
+    if (pass.shows_voxel(i)) {
+      store_voxel(pass, i);
+      continue;
+    }
     const Hit& hit = pass.scratch.hits[i];
     if (pass.choice.object) pass.out.object[i] = hit.object;
     if (pass.choice.primitive) pass.out.primitive[i] = hit ? hit.primitive : kNoObject;
@@ -81,20 +99,18 @@ void store_hits(const Pass& pass, size_t begin, size_t end) {
           hit ? hit.t * dot(pass.ray(i).direction, axis) : std::numeric_limits<float>::infinity();
     }
     if (pass.choice.normal && hit) pass.scratch.attributes.touch(hit.object);
-    if (pass.shows_voxel(i)) store_voxel(pass, i);
   }
 }
 
 void store_normals(const Pass& pass, size_t begin, size_t end) {
-  const RayCone cone{pass.camera_rays.pixel_width(), pass.camera_rays.pixel_spread()};
   Surface surface;
   for (size_t i = begin; i < end; ++i) {
+    if (pass.shows_voxel(i)) continue;
     const Hit& hit = pass.scratch.hits[i];
     if (hit) {
       resolve_surface(pass.scene, pass.scratch.textures, pass.scratch.attributes.of(hit.object),
-                      pass.ray(i), cone, hit, surface);
+                      pass.ray(i), pass.cone(), hit, surface);
     }
-    if (pass.shows_voxel(i)) continue;
     pass.out.normal[i] = hit ? surface.normal : vec3(0.0f);
   }
 }
@@ -121,11 +137,16 @@ void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
     scratch.textures.build(scene);
     scratch.voxels.bind(scene, scratch.textures);
   }
-  scratch.voxels.begin(scene, pose, {}, voxels, false);
-  if (scratch.voxels.any()) scratch.voxels.draw(camera, width, height, 1, vec2(0.5f));
+  VoxelSettings settings = voxels;  // what rays cost is asked of rays
+  if (choice.traversal && settings.primary == VoxelPrimary::automatic) {
+    settings.primary = VoxelPrimary::trace;
+  }
+  scratch.voxels.begin(world, settings);
+  scratch.voxels.choose(camera, width, height, 1, !scene.objects.empty());
+  if (scratch.voxels.rasters()) scratch.voxels.draw(camera, width, height, 1, vec2(0.5f));
 
-  const Pass pass{world,  scene,   camera, CameraRays(camera, width, height),
-                  choice, scratch, out,    needs_filter(scene)};
+  const Pass pass{world,   scene, camera, CameraRays(camera, width, height), choice,
+                  scratch, out,   needs_filter(scene), voxels.lod};
   parallel_for(pixels, kRaysPerChunk, [&](size_t begin, size_t end) {
     trace(pass, begin, end);
     store_hits(pass, begin, end);

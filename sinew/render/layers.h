@@ -35,7 +35,8 @@ struct FrameLayers {
                                     // kNoObject
   std::vector<uint32_t> primitive;  // index of the triangle in its mesh, of the cell (then node) in
                                     // its octree, or kNoObject
-  std::vector<uint32_t> traversal;  // steps of the ray: nodes and packets tested; voxels take none
+  std::vector<uint32_t> traversal;  // steps of the ray: nodes and packets tested; what the
+                                    // rasteriser draws takes none
 };
 
 // Buffers that live from frame to frame.

@@ -50,8 +50,14 @@ const Material& material_of(const Scene& scene, const Hit& hit) {
   return scene.materials[mesh_of(scene, hit).material_of(hit.primitive)];
 }
 
+// Voxels are opaque, and have no sides.
+bool is_voxel(const FilterContext& context, const Hit& hit) {
+  return hit.object >= context.scene->objects.size();
+}
+
 bool accept_visible(const void* context, uint32_t ray, const Hit& hit) {
   const auto& c = *static_cast<const FilterContext*>(context);
+  if (is_voxel(c, hit)) return true;
   const Material& material = material_of(*c.scene, hit);
   if (!material.has_back() && !meets_front(c, hit, c.rays[ray].direction)) return false;
   return !is_hole(*c.scene, material, hit);
@@ -59,6 +65,7 @@ bool accept_visible(const void* context, uint32_t ray, const Hit& hit) {
 
 bool accept_shadow(const void* context, uint32_t ray, const Hit& hit) {
   const auto& c = *static_cast<const FilterContext*>(context);
+  if (is_voxel(c, hit)) return true;
   const Material& material = material_of(*c.scene, hit);
   if (!material.has_back() && !meets_front(c, hit, -c.rays[ray].direction)) return false;
   if (is_hole(*c.scene, material, hit)) return false;

@@ -131,14 +131,15 @@ FrameStats Refinement::draw(const World& world, const Scene& scene, const SceneP
                            1.0f,
                            ray_share(settings)};
   const uint32_t tiles = pixels.grid.count(), passes_before = passes_;
-  // The voxels of a sample are found for all tiles at once.
-  const uint32_t batch = frame.voxels ? tiles : kBatchTiles;
+  // The voxels of a sample are drawn for all tiles at once.
+  const bool drawn = frame.voxels && frame.voxels->rasters();
+  const uint32_t batch = drawn ? tiles : kBatchTiles;
   do {
     const uint32_t last = std::min(tile_ + batch, tiles);
     in_pass.seed = passes_ == 0 ? settings.seed : hash_combine(settings.seed, passes_);
     for (uint32_t sample = 0; sample < settings.samples; ++sample) {
       const vec2 offset = sample_point(passes_, sample, settings.samples);
-      if (frame.voxels) draw_voxels(camera, in_pass, pixels, offset, scratch, tally);
+      if (drawn) draw_voxels(camera, in_pass, pixels, offset, scratch, tally);
       draw_tiles(frame, pixels, tile_, last, sample, offset, scratch, tally, sum_);
     }
     tile_ = last;

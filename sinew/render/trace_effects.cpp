@@ -34,34 +34,54 @@ bool is_lit(const Surface& surface) {
   return surface.hit && !surface.unlit;
 }
 
-// Whether a path that meets no triangle sees a voxel.
-bool shows_voxel(const FrameContext& frame, const Path& path) {
-  return frame.voxels && path.is_direct() &&
-         frame.voxels->visibility().keys[path.pixel] != kNothing;
-}
+// Voxels' level of detail. Rays from surfaces see finer ones than the surface itself shows, so that
+// they begin clear of their neighbours; their level rises slowly, because what is coarse sticks out.
+constexpr float kFiner = 0.5f;
+constexpr float kAmbientSpread = 0.03f;
+constexpr float kWithin = 1.05f;  // how far beyond the start of its rays a voxel looks for triangles
 
-// What the camera sees straight ends at the voxel in front.
+// Rays of the camera end at the voxel that is drawn in front.
 void end_at_voxels(const FrameContext& frame, Wave& wave, size_t begin, size_t end) {
   for (size_t i = begin; i < end; ++i) {
     Ray& ray = wave.rays[i];
-    const Path& path = wave.paths[i];
-    if (!path.is_direct()) continue;
-    ray.t_max = std::max(std::min(ray.t_max, frame.voxels->t_of(path.pixel, ray)), ray.t_min);
+    const float t = frame.voxels->t_of(wave.paths[i].pixel, ray);
+    ray.t_max = std::max(std::min(ray.t_max, t), ray.t_min);
   }
+}
+
+// How wide the rays [begin, end) of a wave are where they choose voxels: the narrowest of them.
+RayFootprint footprint_of(const FrameContext& frame, const Wave& wave, size_t begin, size_t end) {
+  RayCone cone = wave.paths[begin].cone;
+  for (size_t i = begin + 1; i < end; ++i) {
+    cone.width = std::min(cone.width, wave.paths[i].cone.width);
+    cone.spread = std::min(cone.spread, wave.paths[i].cone.spread);
+  }
+  const float scale = frame.settings.voxels.lod * (wave.camera ? 1.0f : kFiner);
+  return {scale * cone.width, scale * cone.spread};
+}
+
+// The same of rays from surfaces.
+RayFootprint footprint_of(const FrameContext& frame, const Wave& wave,
+                          std::span<const uint32_t> owners, float spread) {
+  if (owners.empty()) return {};
+  float width = wave.surfaces[owners[0]].width;
+  for (const uint32_t owner : owners) width = std::min(width, wave.surfaces[owner].width);
+  return {frame.settings.voxels.lod * kFiner * width, frame.settings.voxels.lod * spread};
 }
 
 // The share of the light that voxels let through to the surface.
 float lit_by_voxels(const FrameContext& frame, size_t light, const Surface& surface,
                     vec3 to_light) {
-  if (!frame.voxels) return 1.0f;
+  if (!frame.voxel_maps) return 1.0f;
   return lit_share(frame.voxels->shadows()[light],
                    {surface.position, surface.normal,
                     std::clamp(dot(surface.normal, to_light), 0.0f, 1.0f), surface.voxel});
 }
 
 // Finds which probes are blocked, and by how much others are dimmed on their way. Counts them.
-void trace_probes(const FrameContext& frame, const Wave& wave, Probes& probes, StageClock& clock,
-                  uint64_t& traced, uint64_t& skipped) {
+// `spread` is that of their footprint; rays that pass voxels find triangles alone.
+void trace_probes(const FrameContext& frame, const Wave& wave, bool pass_voxels, float spread,
+                  Probes& probes, StageClock& clock, uint64_t& traced, uint64_t& skipped) {
   const FilterContext filter{&frame.world, &frame.scene, probes.rays.data(),
                              probes.optical_depth.data(), &frame.textures};
   clock.end_shading();
@@ -71,6 +91,10 @@ void trace_probes(const FrameContext& frame, const Wave& wave, Probes& probes, S
       QueryOptions options{.facing = Facing::back};
       if (frame.filtered) options.filter = shadow_filter(filter);
       options.first_ray = static_cast<uint32_t>(first);
+      if (pass_voxels) options.hidden = frame.voxels->all();
+      if (frame.voxels) {
+        options.footprint = footprint_of(frame, wave, {probes.owner.data() + first, count}, spread);
+      }
       frame.world.any_hits({probes.rays.data() + first, count},
                            {probes.blocked.data() + first, count}, options);
     });
@@ -154,8 +178,12 @@ void trace_hits(const FrameContext& frame, Wave& wave, size_t begin, size_t end)
   const FilterContext filter{&frame.world, &frame.scene, wave.rays.data()};
   parallel_for(end - begin, kChunk, [&](size_t chunk_begin, size_t chunk_end) {
     const size_t first = begin + chunk_begin, count = chunk_end - chunk_begin;
-    if (frame.voxels) end_at_voxels(frame, wave, first, first + count);
     QueryOptions options{.facing = Facing::front};
+    if (frame.drawn(wave)) {
+      end_at_voxels(frame, wave, first, first + count);
+      options.hidden = frame.voxels->drawn();
+    }
+    if (frame.voxels) options.footprint = footprint_of(frame, wave, first, first + count);
     if (frame.filtered) options.filter = visible_filter(filter);
     options.first_ray = static_cast<uint32_t>(first);
     frame.world.closest_hits({wave.rays.data() + first, count}, {wave.hits.data() + first, count},
@@ -176,11 +204,12 @@ void trace_wave(const FrameContext& frame, AttributeTable& attributes, Wave& wav
 }
 
 void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& wave) {
+  const size_t objects = frame.scene.objects.size(), all = objects + frame.scene.voxels.size();
   for_chunks(wave, [&](size_t, size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       if (!wave.hits[i]) continue;
-      SINEW_CHECK(wave.hits[i].object < frame.scene.objects.size());
-      attributes.touch(wave.hits[i].object);
+      SINEW_CHECK(wave.hits[i].object < all);
+      if (wave.hits[i].object < objects) attributes.touch(wave.hits[i].object);
     }
   });
   attributes.refresh();
@@ -188,17 +217,44 @@ void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& w
     for (size_t i = begin; i < end; ++i) {
       wave.direct[i] = vec3(0.0f);
       const Hit& hit = wave.hits[i];
-      if (hit) {
+      const Path& path = wave.paths[i];
+      if (hit && hit.object >= objects) {
+        frame.voxels->resolve(frame.world, hit, wave.rays[i], path.cone, wave.surfaces[i]);
+      } else if (hit) {
         resolve_surface(frame.scene, frame.textures, attributes.of(hit.object), wave.rays[i],
-                        wave.paths[i].cone, hit, wave.surfaces[i]);
-      } else if (shows_voxel(frame, wave.paths[i])) {
-        frame.voxels->resolve(wave.paths[i].pixel, wave.rays[i],
-                              static_cast<uint32_t>(frame.scene.objects.size()), wave.surfaces[i]);
+                        path.cone, hit, wave.surfaces[i]);
+      } else if (frame.drawn(wave) && frame.voxels->visibility().keys[path.pixel] != kNothing) {
+        frame.voxels->resolve(path.pixel, wave.rays[i], path.cone, wave.surfaces[i]);
       } else {
         wave.surfaces[i].hit = hit;
       }
     }
   });
+}
+
+void settle_starts(const FrameContext& frame, Wave& wave, Tally& tally) {
+  if (!frame.voxels || !frame.near_triangles) return;
+  tally.clock.end_shading();
+  for_chunks(wave, [&](size_t, size_t begin, size_t end) {
+    Ray rays[kChunk];
+    Hit hits[kChunk];
+    uint32_t owners[kChunk];
+    size_t count = 0;
+    for (size_t i = begin; i < end; ++i) {
+      const Surface& surface = wave.surfaces[i];
+      if (!is_lit(surface) || !(surface.voxel > 0.0f)) continue;
+      owners[count] = static_cast<uint32_t>(i);
+      rays[count++] = {.origin = surface.position,
+                       .direction = surface.geometric_normal,
+                       .t_max = kWithin * surface.footprint};
+    }
+    if (count == 0) return;
+    frame.world.closest_hits({rays, count}, {hits, count}, {.hidden = frame.voxels->all()});
+    for (size_t k = 0; k < count; ++k) {
+      if (hits[k]) wave.surfaces[owners[k]].footprint = 0.5f * hits[k].t;
+    }
+  });
+  tally.clock.end_tracing();
 }
 
 void add_light(const FrameContext& frame, const ShadingLight& light, size_t index, Wave& wave,
@@ -224,7 +280,9 @@ void add_light(const FrameContext& frame, const ShadingLight& light, size_t inde
     }
   });
   if (!shadows) return;
-  trace_probes(frame, wave, probes, tally.clock, tally.traced.shadow, tally.skipped.shadow);
+  const float spread = wave.paths[0].cone.spread;
+  trace_probes(frame, wave, frame.voxel_maps, spread, probes, tally.clock, tally.traced.shadow,
+               tally.skipped.shadow);
   gather_probes(wave, probes,
                 [&](uint32_t owner, vec3 light_in) { wave.direct[owner] += light_in; });
 }
@@ -253,7 +311,8 @@ void trace_ambient(const FrameContext& frame, uint32_t sample, Wave& wave, Probe
         probes.push(chunk, ray, static_cast<uint32_t>(i), vec3(1.0f / static_cast<float>(rays)));
       }
     });
-    trace_probes(frame, wave, probes, tally.clock, tally.traced.ambient, tally.skipped.ambient);
+    trace_probes(frame, wave, false, kAmbientSpread, probes, tally.clock, tally.traced.ambient,
+                 tally.skipped.ambient);
     gather_probes(wave, probes, [&](uint32_t owner, vec3 open) {
       wave.ambient[owner] += (open.x + open.y + open.z) / 3.0f;
     });

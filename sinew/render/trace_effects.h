@@ -35,7 +35,15 @@ struct FrameContext {
   float ambient_distance = 0.0f;       // metres
   bool filtered = false;               // some hits must be asked about (see ray_filter.h)
   const VoxelFrame* voxels = nullptr;  // null: there are none
+  bool voxels_alone = false;           // nothing of the picture needs rays
+  bool voxel_maps = false;             // voxels' shadows come from maps, not from rays
+  bool near_triangles = false;         // voxels may touch triangles
   Deadline deadline = {};              // rays are left out when it has passed
+
+  // Whether the picture of voxels in front says something of these rays.
+  bool drawn(const Wave& wave) const {
+    return voxels != nullptr && wave.camera && voxels->rasters();
+  }
 };
 
 // What a frame has done so far.
@@ -52,6 +60,10 @@ void resolve_wave(const FrameContext& frame, AttributeTable& attributes, Wave& w
 
 // Both, for as many rays as there is time for; the rest meets nothing.
 void trace_wave(const FrameContext& frame, AttributeTable& attributes, Wave& wave, Tally& tally);
+
+// Brings the starts of rays from voxels that lie close to triangles to these triangles' near side:
+// a voxel's rays begin clear of its neighbours, which may be behind what it touches.
+void settle_starts(const FrameContext& frame, Wave& wave, Tally& tally);
 
 // Adds the reflected radiance of light `index` to wave.direct, in shadow where something is
 // between. Rays that there is no time for find nothing between.

@@ -6,7 +6,9 @@
 
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
+#include "sinew/render/shade.h"
 #include "sinew/render/voxel_opponents.h"
+#include "sinew/render/voxel_primary.h"
 #include "sinew/svo/stream.h"
 
 namespace sinew {
@@ -135,24 +137,84 @@ void VoxelFrame::bind(const Scene& scene, const TextureTable& textures) {
   bodies_.bind(scene);
   opponents_.reset();
   list_voxel_materials(scene, textures, materials_);
+  mirrors_ = std::ranges::any_of(scene.octrees, [&](const Svo& svo) {
+    return std::ranges::any_of(svo.cells, [&](const SvoCell& cell) {
+      const VoxelMaterial& material = materials_[cell.material];
+      return mirror_share(material.roughness) > 0.0f && !(material.unlit > 0.0f);
+    });
+  });
 }
 
-void VoxelFrame::begin(const Scene& scene, const ScenePose& pose,
-                       std::span<const ShadingLight> lights, const VoxelSettings& settings,
-                       bool shadows) {
+void VoxelFrame::begin(const World& world, const VoxelSettings& settings) {
   settings_ = settings;
   stats_ = {};
   const double start = now_ms();
+  world_ = &world;
+  begin_paging(scene_->octrees);
+  world.refresh_octrees();
+  bodies_.take(world);
+  first_object_ = 0;
+  draw_all();
+  stats_.pose_ms = now_ms() - start;
+}
+
+void VoxelFrame::begin(const Scene& scene, const ScenePose& pose, const VoxelSettings& settings) {
+  settings_ = settings;
+  stats_ = {};
+  const double start = now_ms();
+  world_ = nullptr;
   begin_paging(scene.octrees);
   bodies_.set_pose(scene, pose);
-  const double posed = now_ms();
-  stats_.objects = static_cast<uint32_t>(bodies_.instances().size());
-  stats_.pose_ms = posed - start;
+  first_object_ = static_cast<uint32_t>(scene.objects.size());
+  draw_all();
+  stats_.pose_ms = now_ms() - start;
+}
+
+void VoxelFrame::set_shadows(std::span<const ShadingLight> lights, bool maps) {
   shadows_.clear(lights.size());
-  if (shadows && any()) {
-    draw_settled([&] { stats_.shadows = shadows_.draw(lights, bodies_, settings); });
+  if (!maps || !any()) return;
+  const double start = now_ms();
+  stats_.shadow_maps = true;
+  bodies_.list_boxes();
+  draw_settled([&] { stats_.shadows = shadows_.draw(lights, bodies_, settings_); });
+  stats_.shadow_ms = now_ms() - start;
+}
+
+void VoxelFrame::draw_all() {
+  stats_.objects = static_cast<uint32_t>(bodies_.instances().size());
+  traced_.assign(bodies_.instances().size(), 0);
+  split();
+}
+
+void VoxelFrame::split() {
+  const std::span<const VoxelInstance> instances = bodies_.instances();
+  drawn_.clear();
+  drawn_objects_.clear();
+  uint32_t objects = 0;
+  for (const uint32_t object : bodies_.objects()) {
+    objects = std::max(objects, first_object_ + object + 1);
   }
-  stats_.shadow_ms = now_ms() - posed;
+  hidden_drawn_.assign(objects, 0);
+  hidden_all_.assign(objects, 0);
+  stats_.traced = 0;
+  for (size_t i = 0; i < instances.size(); ++i) {
+    const uint32_t object = first_object_ + bodies_.objects()[i];
+    hidden_all_[object] = 1;
+    stats_.traced += traced_[i];
+    if (traced_[i] != 0) continue;
+    hidden_drawn_[object] = 1;
+    drawn_.push_back(instances[i]);
+    drawn_objects_.push_back(object);
+  }
+}
+
+void VoxelFrame::choose(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step,
+                        bool rays) {
+  const RasterView view = camera_raster_view(camera, width, height, step);
+  for (size_t i = 0; i < traced_.size(); ++i) {
+    traced_[i] = is_traced(bodies_.instances()[i], view, settings_, rays) ? 1 : 0;
+  }
+  split();
 }
 
 // Draws until nothing more comes. What hides others may become smaller with its detail, so that one
@@ -161,10 +223,13 @@ template <class Draw>
 void VoxelFrame::draw_settled(const Draw& draw) {
   constexpr int kMostTimes = 32;
   draw();
-  for (int i = 1; settle_paging(scene_->octrees); ++i) {
-    if (i == kMostTimes) return give_up_paging(scene_->octrees);
-    draw();
+  bool settled = false;
+  for (int i = 1; i < kMostTimes && !settled; ++i) {
+    settled = !settle_paging(scene_->octrees);
+    if (!settled) draw();
   }
+  if (!settled) give_up_paging(scene_->octrees);
+  if (world_ != nullptr) world_->refresh_octrees();
 }
 
 void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step,
@@ -173,27 +238,25 @@ void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height,
   view_ = camera_raster_view(camera, width, height, step, offset);
   const RasterSettings raster{.smallest = settings_.lod, .lod = settings_.lod > 0.0f};
   if (settings_.skinning == VoxelSkinning::lattice) {
-    draw_settled([&] {
-      stats_.camera = rasterize(bodies_.instances(), view_, raster, *scratch_, visibility_);
-    });
+    draw_settled([&] { stats_.camera = rasterize(drawn_, view_, raster, *scratch_, visibility_); });
   } else {
     if (!opponents_) opponents_ = std::make_unique<VoxelOpponents>();
     stats_.camera = {};
-    stats_.camera.voxels_drawn = opponents_->draw(settings_.skinning, bodies_.instances(), view_,
-                                                  settings_.lod, visibility_);
+    stats_.camera.voxels_drawn =
+        opponents_->draw(settings_.skinning, drawn_, view_, settings_.lod, visibility_);
   }
   ++stats_.passes;
   stats_.draw_ms += now_ms() - start;
 }
 
 VoxelSample VoxelFrame::sample(VisibilityKey key) const {
-  return settings_.skinning == VoxelSkinning::lattice ? sample_voxel(bodies_.instances(), key)
+  return settings_.skinning == VoxelSkinning::lattice ? sample_voxel(drawn_, key)
                                                       : opponents_->sample(key);
 }
 
 void VoxelFrame::fetch(std::span<const VisibilityKey> keys, VoxelBatch& out) const {
   if (settings_.skinning == VoxelSkinning::lattice) {
-    return fetch_voxels(bodies_.instances(), keys, out);
+    return fetch_voxels(drawn_, keys, out);
   }
   out.count = static_cast<uint32_t>(keys.size());
   for (uint32_t i = 0; i < out.count; ++i) out.set(i, opponents_->sample(keys[i]));
@@ -214,13 +277,25 @@ float VoxelFrame::t_of(size_t pixel, const Ray& ray) const {
   return (key_depth(key) - from) / dot(axis, ray.direction);
 }
 
-void VoxelFrame::resolve(size_t pixel, const Ray& ray, uint32_t objects, Surface& out) const {
+void VoxelFrame::resolve(const VoxelSample& voxel, const Ray& ray, const RayCone& cone,
+                         Surface& out) const {
+  const vec3 direction = normalize(ray.direction);
+  resolve_voxel(voxel, std::sqrt(3.0f) * voxel.size, materials_[voxel.material], -direction, out);
+  out.width = cone.width + cone.spread * std::max(dot(voxel.position - ray.origin, direction), 0.0f);
+}
+
+void VoxelFrame::resolve(size_t pixel, const Ray& ray, const RayCone& cone, Surface& out) const {
   const VoxelSample voxel = sample(visibility_.keys[pixel]);
-  const float diagonal = std::sqrt(3.0f) * voxel.size;
-  resolve_voxel(voxel, diagonal, materials_[voxel.material], -normalize(ray.direction), out);
+  resolve(voxel, ray, cone, out);
   out.hit.t = t_of(pixel, ray);
   out.hit.primitive = voxel.unit;
-  out.hit.object = objects + bodies_.objects()[voxel.instance];
+  out.hit.object = drawn_objects_[voxel.instance];
+}
+
+void VoxelFrame::resolve(const World& world, const Hit& hit, const Ray& ray, const RayCone& cone,
+                         Surface& out) const {
+  resolve(world.sample_voxel(hit), ray, cone, out);
+  out.hit = hit;
 }
 
 }  // namespace sinew

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "sinew/render/gbuffer.h"
 #include "sinew/render/voxel_settings.h"
 #include "sinew/render/voxel_shade.h"
 #include "sinew/render/voxel_shadows.h"
@@ -42,12 +43,28 @@ class VoxelFrame {
   // Makes the tables that depend on the scene alone; it must outlive them.
   void bind(const Scene& scene, const TextureTable& textures);
 
-  // Begins a frame: what comes and goes of octrees (svo/stream.h), poses, shadow maps. Of octrees
-  // that are to settle, everything that shadow maps and pictures show is there when they are drawn.
-  void begin(const Scene& scene, const ScenePose& pose, std::span<const ShadingLight> lights,
-             const VoxelSettings& settings, bool shadows);
-  // Whether there is anything to draw in this frame.
+  // Begins a frame of what the world shows, until its next commit: what comes and goes of octrees
+  // (svo/stream.h), and their poses. All of it is drawn until choose() says otherwise. Of octrees
+  // that are to settle, everything that shadow maps and drawn pictures show is there afterwards.
+  // Must not overlap queries of the world; nor must draw() and set_shadows().
+  void begin(const World& world, const VoxelSettings& settings);
+  // The same of a scene that is in no world: poses its octrees. Nothing can be traced.
+  void begin(const Scene& scene, const ScenePose& pose, const VoxelSettings& settings);
+  // Draws shadow maps, or none: then voxels let all light through, as maps have it.
+  void set_shadows(std::span<const ShadingLight> lights, bool maps);
+  // Whether there are voxels in this frame.
   bool any() const { return !bodies_.instances().empty(); }
+  // Whether octrees of the scene have materials that mirror rays show something in.
+  bool has_mirrors() const { return mirrors_; }
+
+  // Chooses which objects draw() draws, and which camera rays find (see is_traced()). The rays of a
+  // picture see all of them, but for those of the camera.
+  void choose(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step, bool rays);
+  // Whether draw() draws anything.
+  bool rasters() const { return !drawn_.empty(); }
+  // By object of the world: what camera rays pass because it is drawn, and all voxels.
+  std::span<const uint8_t> drawn() const { return hidden_drawn_; }
+  std::span<const uint8_t> all() const { return hidden_all_; }
 
   // Finds which voxels are in front, as camera_raster_view() sees them.
   void draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step, vec2 offset);
@@ -64,20 +81,32 @@ class VoxelFrame {
 
   // Where the ray through this pixel meets the voxel in front: the ray's t; infinite if none is.
   float t_of(size_t pixel, const Ray& ray) const;
-  // The voxel in front, as a surface for rays. There must be one. Its Hit::object is the index in
-  // Scene::voxels after those of Scene::objects.
-  void resolve(size_t pixel, const Ray& ray, uint32_t objects, Surface& out) const;
+  // The voxel in front, as a surface for rays. There must be one. Its Hit::object is the world's.
+  void resolve(size_t pixel, const Ray& ray, const RayCone& cone, Surface& out) const;
+  // The voxel that a ray has met in the world: the same surface.
+  void resolve(const World& world, const Hit& hit, const Ray& ray, const RayCone& cone,
+               Surface& out) const;
 
   const VoxelStats& stats() const { return stats_; }
 
  private:
+  void draw_all();
+  void split();
   VoxelSample sample(VisibilityKey key) const;
+  void resolve(const VoxelSample& voxel, const Ray& ray, const RayCone& cone, Surface& out) const;
   template <class Draw>
   void draw_settled(const Draw& draw);
 
   const Scene* scene_ = nullptr;
+  const World* world_ = nullptr;  // null: the octrees are posed here
   VoxelBodies bodies_;
+  std::vector<VoxelInstance> drawn_;    // by the rasteriser
+  std::vector<uint32_t> drawn_objects_;  // one a drawn instance
+  std::vector<uint8_t> hidden_drawn_, hidden_all_;
+  std::vector<uint8_t> traced_;  // one an instance
   std::vector<VoxelMaterial> materials_;
+  bool mirrors_ = false;
+  uint32_t first_object_ = 0;  // of the world: what bodies_.objects() count from
   VoxelShadows shadows_;
   VoxelSettings settings_;
   RasterScratchPtr scratch_ = make_raster_scratch();

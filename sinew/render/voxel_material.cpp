@@ -81,7 +81,7 @@ void resolve_voxel(const VoxelSample& voxel, float diagonal, const VoxelMaterial
   out.position = out.lifted = voxel.position;
   out.normal = out.geometric_normal = normal;
   out.voxel = diagonal;
-  out.footprint = diagonal;
+  out.footprint = voxel.clearance > 0.0f ? voxel.clearance : diagonal;
   out.unlit = material.unlit > 0.0f;
   if (out.unlit) {
     out.emission = voxel.color;

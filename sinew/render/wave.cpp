@@ -56,6 +56,7 @@ void Offspring::become(Wave& wave) {
   const size_t chunks = wave.chunks();
   std::exclusive_scan(count.begin(), count.begin() + static_cast<ptrdiff_t>(chunks), first.begin(),
                       0u);
+  wave.camera = false;
   wave.resize(chunks > 0 ? size_t{first[chunks - 1]} + count[chunks - 1] : 0);
   parallel_for(chunks, 8, [&](size_t begin, size_t end) {
     for (size_t c = begin; c < end; ++c) {

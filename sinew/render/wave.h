@@ -36,7 +36,8 @@ struct Path {
 static_assert(sizeof(Path) == 28);
 
 struct Wave {
-  size_t count = 0;  // of rays; the vectors only grow
+  size_t count = 0;     // of rays; the vectors only grow
+  bool camera = false;  // all rays begin at the eye: what the rasteriser draws is not traced
   std::vector<Ray> rays;
   std::vector<Path> paths;
   std::vector<Hit> hits;

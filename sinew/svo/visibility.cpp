@@ -65,6 +65,24 @@ uint32_t first_cell_below(const Svo& svo, uint32_t node) {
   return svo.nodes[node].first;
 }
 
+// A shell's middles lie within half of a voxel's largest step along the normal of the surface, on
+// either side, and each box is that of the mapped corners, in the object's space.
+float clearance_of(const VoxelInstance& body, const SvoCell& cell, const PosedBlock& posed,
+                   vec3 local, float side, vec3 normal) {
+  constexpr float kMargin = 1.1f;  // beyond a box: what it is padded by
+  const vec3 n = transpose(linear_part(body.placement)) * normal;
+  vec3 half(0.0f);
+  float step = 0.0f;
+  for (int axis = 0; axis < 3; ++axis) {
+    vec3 to(0.0f);
+    to[axis] = 0.5f * side;
+    const vec3 edge = map_point(cell, posed, local + to) - map_point(cell, posed, local - to);
+    half += 0.5f * abs(edge);
+    step = std::max(step, std::abs(dot(n, edge)));
+  }
+  return step + kMargin * dot(abs(n), half);
+}
+
 void sample_cell(const VoxelInstance& body, uint32_t c, VoxelSample& out) {
   const Svo& svo = body.posed->svo();
   const uint32_t b = block_of(svo, c);
@@ -79,6 +97,9 @@ void sample_cell(const VoxelInstance& body, uint32_t c, VoxelSample& out) {
   out.size = static_cast<float>(place.side) * svo.grid.voxel * scale_of(body.placement);
   const VoxelAttributes a = voxel_attributes(svo, svo.blocks[b], cell, out.code);
   set_attributes(a, cofactor(body.placement) * map_normals(cell, posed, local), out);
+  out.clearance = clearance_of(body, cell, posed, local,
+                               static_cast<float>(place.side) / static_cast<float>(kCellSide),
+                               out.normal);
 }
 
 // Nodes are drawn where they are at most a pixel: their normals are carried by the placement alone.
@@ -89,6 +110,7 @@ void sample_node(const VoxelInstance& body, uint32_t n, VoxelSample& out) {
   out.position = transform_point(body.placement, bounds_of(*body.posed, n).center());
   out.size = static_cast<float>(1u << out.level) * svo.grid.voxel * scale_of(body.placement);
   set_attributes(level_attributes(svo.node_level, n), cofactor(body.placement), out);
+  out.clearance = 2.0f * out.size;
 }
 
 }  // namespace

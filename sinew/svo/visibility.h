@@ -81,6 +81,8 @@ struct VoxelSample {
   vec3 normal{0.0f};      // world, unit, outside of the surface
   vec3 color{0.0f};       // linear
   float spread = 1.0f;    // length of the mean normal
+  float clearance = 0.0f;  // world: how far from `position`, along the normal, a ray must start to
+                           // be clear of the boxes of this voxel and its neighbours on a plane
 };
 VoxelSample sample_voxel(std::span<const VoxelInstance> instances, VisibilityKey key);
 // The same of what a ray has met: Hit::primitive is cell << 10 | code.

@@ -50,6 +50,33 @@ TEST(RenderVoxels, MixedPicturesHoldBoth) {
   EXPECT_EQ(mixed["frames"][0]["voxels"]["objects"], 2);
 }
 
+TEST(RenderVoxels, SaysHowVoxelsWereFound) {
+  const TemporaryFolder folder;
+  const std::vector<std::string> voxels = {"--mode", "voxels", "--resolution", "100"};
+  const auto with = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), voxels.begin(), voxels.end());
+    return statistics(folder, more)["frames"][0];
+  };
+  const Json alone = with({});
+  EXPECT_EQ(alone["voxels"]["objects_rasterised"], 4);
+  EXPECT_EQ(alone["voxels"]["objects_traced"], 0);
+  EXPECT_EQ(alone["voxels"]["shadow_maps"], true);
+  const Json traced = with({"--primary", "trace"});
+  EXPECT_EQ(traced["voxels"]["objects_rasterised"], 0);
+  EXPECT_EQ(traced["voxels"]["objects_traced"], 4);
+  EXPECT_EQ(traced["voxels"]["shadow_maps"], false);
+  EXPECT_EQ(traced["rays"]["primary"], 64 * 48);
+  EXPECT_EQ(traced["voxels"]["voxels_drawn"], 0);
+  const Json occluded = with({"--ao", "2", "--primary", "raster"});
+  EXPECT_EQ(occluded["voxels"]["objects_rasterised"], 4);
+  EXPECT_EQ(occluded["voxels"]["shadow_maps"], false);
+  EXPECT_GT(occluded["rays"]["ao"], 1000);
+  const Json mapped = with({"--ao", "2", "--voxel-shadows", "maps"});
+  EXPECT_EQ(mapped["voxels"]["shadow_maps"], true);
+  EXPECT_GT(mapped["voxels"]["shadow_voxels_drawn"], 100);
+  with({"--view", "heatmap"});
+}
+
 TEST(RenderVoxels, TrianglesAreTheDefaultOfMeshes) {
   const TemporaryFolder folder;
   const Json plain = statistics(folder, {});
@@ -90,7 +117,11 @@ TEST(RenderVoxels, SaysWhatMakesNoSense) {
       {{"--mode", "voxels", "--shadow-map", "8"}, "--shadow-map"},
       {{"--mode", "voxels", "--lod", "-1"}, "--lod"},
       {{"--mode", "voxels", "--skinning", "bones"}, "--skinning"},
-      {{"--mode", "voxels", "--resolution", "50", "--view", "heatmap"}, "rasterised"},
+      {{"--mode", "voxels", "--primary", "both"}, "--primary"},
+      {{"--mode", "voxels", "--voxel-shadows", "soft"}, "--voxel-shadows"},
+      {{"--mode", "voxels", "--primary", "trace", "--skinning", "thesis"}, "lattice"},
+      {{"--mode", "voxels", "--resolution", "50", "--view", "heatmap", "--primary", "raster"},
+       "rasterised"},
       {{"--mode", "voxels", "--tree", "a.tree"}, "--tree"},
   };
   for (const auto& row : rows) {

@@ -6,67 +6,17 @@
 
 #include <cmath>
 
-#include "render/test_scene.h"
+#include "render/voxel_scene.h"
 #include "sinew/base/parallel.h"
 #include "sinew/math/random.h"
 #include "sinew/render/layers.h"
-#include "sinew/svo/make_svo.h"
 
 namespace sinew {
 namespace {
 
 using test::TestScene;
-
-constexpr uint32_t kSide = 96;  // voxels along the ball's diameter
-
-// A hollow ball of radius 1 about the origin; its top is red.
-Svo ball(uint32_t material) {
-  const float radius = 0.5f * kSide - 1.0f;
-  std::vector<PlainVoxel> voxels;
-  for (uint32_t z = 0; z < kSide; ++z) {
-    for (uint32_t y = 0; y < kSide; ++y) {
-      for (uint32_t x = 0; x < kSide; ++x) {
-        const vec3 p = vec3(x, y, z) + 0.5f - 0.5f * kSide;
-        if (std::abs(length(p) - radius) > 0.8f) continue;
-        const vec3 color = p.y > 0.0f ? vec3(0.9f, 0.2f, 0.1f) : vec3(0.2f, 0.4f, 0.9f);
-        voxels.push_back({morton_of(uvec3(x, y, z)), pack_normal(p), pack_color(color),
-                          static_cast<uint16_t>(material)});
-      }
-    }
-  }
-  std::sort(voxels.begin(), voxels.end(),
-            [](const PlainVoxel& a, const PlainVoxel& b) { return a.voxel < b.voxel; });
-  return *make_svo({vec3(-1.0f), 2.0f / kSide, uvec3(kSide)}, voxels);
-}
-
-struct VoxelScene : TestScene {
-  VoxelScene() {
-    camera = look_at(vec3(1.0f, 2.0f, 6.0f), vec3(0.0f), vec3(0, 1, 0), 0.6f);
-    settings.width = settings.height = 128;
-    settings.voxels.shadow_map = 256;
-    scene.octrees.push_back(ball(add_material(vec3(1.0f), 0.4f)));
-  }
-  void place_ball(vec3 at, float scale = 1.0f) {
-    Node node;
-    node.octree = 0;
-    node.translation = at;
-    node.scale = vec3(scale);
-    scene.nodes.push_back(node);
-  }
-  // Far behind the camera: nothing but a reason to trace rays.
-  void add_unseen_triangle() {
-    place(add_mesh({{{0, 0, 90}, {1, 0, 90}, {0, 1, 90}}, {{0, 1, 2}}}, 0));
-  }
-};
-
-double mean_difference(const Image& a, const Image& b) {
-  double sum = 0.0;
-  for (size_t i = 0; i < a.pixels.size(); ++i) {
-    const vec4 d = abs(a.pixels[i] - b.pixels[i]);
-    sum += d.x + d.y + d.z + d.w;
-  }
-  return sum / (4.0 * static_cast<double>(a.pixels.size()));
-}
+using test::VoxelScene;
+using test::mean_difference;
 
 // The light of one kind alone, on balls that only shade themselves.
 float least_lit_share(LightType type, float least_cosine, uint32_t map) {
@@ -84,7 +34,8 @@ float least_lit_share(LightType type, float least_cosine, uint32_t map) {
   textures.build(s.scene);
   VoxelFrame frame;
   frame.bind(s.scene, textures);
-  frame.begin(s.scene, pose, lights, s.settings.voxels, true);
+  frame.begin(s.scene, pose, s.settings.voxels);
+  frame.set_shadows(lights, true);
   frame.draw(s.camera, 128, 128, 1, vec2(0.5f));
   float least = 1.0f;
   uint32_t looked = 0;
@@ -93,7 +44,7 @@ float least_lit_share(LightType type, float least_cosine, uint32_t map) {
     const Ray ray = CameraRays(s.camera, 128, 128)(static_cast<float>(pixel % 128) + 0.5f,
                                                    static_cast<float>(pixel / 128) + 0.5f);
     Surface surface;
-    frame.resolve(pixel, ray, 0, surface);
+    frame.resolve(pixel, ray, {}, surface);
     const vec3 to_light = illuminate(lights[0], surface.position).direction;
     const float cosine = dot(surface.normal, to_light);
     if (cosine < least_cosine) continue;
@@ -154,6 +105,8 @@ TEST(VoxelFrame, RasterisedPictureIsTheTracedPipelines) {
       s.add_light(LightType::point, vec3(0.5f, -2, 2), vec3(0, 0, -1), 5.0f);
     }
     s.settings.samples = 3;
+    s.settings.voxels.shadowing = VoxelShadowing::maps;
+    s.settings.voxels.primary = VoxelPrimary::raster;
     const Image alone = s.render();
     EXPECT_EQ(s.stats.rays.total(), 0u);
     s.add_unseen_triangle();
