@@ -9,7 +9,7 @@
 namespace sinew {
 namespace {
 
-constexpr float kSharp = 0.5f;  // cosine of the angle between normals
+constexpr float kSharp = 0.0f;  // cosine of the angle between normals
 
 // The triangle that has the edge.
 struct Edge {
@@ -19,8 +19,7 @@ struct Edge {
 };
 
 vec3 unit_normal(std::span<const vec3> positions, uvec3 t) {
-  const vec3 normal =
-      cross(positions[t.y] - positions[t.x], positions[t.z] - positions[t.x]);
+  const vec3 normal = cross(positions[t.y] - positions[t.x], positions[t.z] - positions[t.x]);
   const float size = length(normal);
   return size > 0.0f && std::isfinite(size) ? normal / size : vec3(0.0f);
 }
@@ -49,8 +48,8 @@ std::vector<uint8_t> rim_triangles(std::span<const vec3> positions,
       }
       Edge& other = edges[edge];
       const float turned = (a < b) == other.forward ? -1.0f : 1.0f;  // seen from its other side
-      const bool rim = other.paired || turned * dot(normals[i], normals[other.triangle]) < kSharp;
-      if (rim) out[i] = out[other.triangle] = 1;
+      const bool rim = turned * dot(normals[i], normals[other.triangle]) < kSharp;
+      if (rim && !other.paired) out[i] = out[other.triangle] = 1;
       other.paired = true;
     }
   }

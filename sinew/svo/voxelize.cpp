@@ -199,8 +199,8 @@ class Voxelizer {
       GridTriangle triangle;
       load(sorted_[i], triangle);
       for (dvec3& v : triangle.vertex) v -= dvec3(base);
-      const size_t count = mark_triangle(triangle, shell_of(sorted_[i]), last,
-                                         scratch.places.data());
+      const size_t count =
+          mark_triangle(triangle, shell_of(sorted_[i]), last, scratch.places.data());
       if (count > 0) look_at(sorted_[i], triangle, range.block, count, scratch);
     }
     if (scratch.count == 0) return;
