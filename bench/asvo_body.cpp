@@ -9,6 +9,7 @@
 #include "bench/measure.h"
 #include "sinew/io/load.h"
 #include "sinew/render/voxel_looks.h"
+#include "sinew/svo/rims.h"
 
 namespace sinew::bench {
 namespace {
@@ -146,7 +147,8 @@ Result<AsvoBody> open_asvo_body(const AsvoBodyChoice& choice, uint32_t resolutio
 Result<VoxelSurface> voxelise_at(const AsvoBody& body, std::span<const vec3> positions,
                                  const VoxelGrid& grid) {
   const BodyLooks looks(body.triangles, grid.voxel);
-  return voxelize(positions, body.faces, grid, looks);
+  const std::vector<uint8_t> rims = rim_triangles(positions, body.faces);
+  return voxelize(positions, body.faces, grid, looks, {.rims = rims});
 }
 
 Result<void> voxelise(AsvoBody& body, uint32_t resolution) {

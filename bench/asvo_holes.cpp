@@ -31,7 +31,7 @@ class HoleHunt {
       : body_(body),
         options_(options),
         source_(body.source()),
-        reference_(source_, body.svo(), kPieces),
+        reference_(source_, body.svo(), kPieces, &body.surface),
         painter_(body) {}
 
   // Every method in one pose.
@@ -85,7 +85,8 @@ void add_rows(const AsvoBody& body, const std::string& what, const HoleHunt& hun
                     {"excess", tally.sum.excess},
                     {"worst_excess", tally.worst_excess},
                     {"reference_points", hunt.reference().points()},
-                    {"points_lost", hunt.reference().lost()}});
+                    {"points_lost", hunt.reference().lost()},
+                    {"points_stray", hunt.reference().strays()}});
   }
 }
 

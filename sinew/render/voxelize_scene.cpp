@@ -12,6 +12,7 @@
 #include "sinew/math/srgb.h"
 #include "sinew/render/voxel_looks.h"
 #include "sinew/scene/sample.h"
+#include "sinew/svo/rims.h"
 
 namespace sinew {
 namespace {
@@ -85,8 +86,11 @@ Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float 
   textures.prepare(mesh, grid.voxel);
   const MeshLooks looks(scene, mesh, textures);
   VoxelizedObject out;
+  std::vector<uint8_t> rims;
+  if (options.shell == Shell::thin) rims = rim_triangles(mesh.positions, mesh.triangles);
   SINEW_TRY(out.surface, voxelize(mesh.positions, mesh.triangles, grid, looks,
                                   {.shell = options.shell,
+                                   .rims = rims,
                                    .solid = options.solid,
                                    .inside_color = looks.mean_color(),
                                    .memory_limit = options.memory_limit}));

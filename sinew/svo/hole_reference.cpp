@@ -144,10 +144,12 @@ void make_all_blocks(PosedSvo& posed) {
 
 }  // namespace
 
-HoleReference::HoleReference(const SvoSource& source, const Svo& svo, float step)
+HoleReference::HoleReference(const SvoSource& source, const Svo& svo, float step,
+                             const VoxelSurface* surface)
     : source_(source), svo_(&svo), rest_(rest_positions(source.motion)) {
   SINEW_CHECK(step > 0.0f && !rest_.empty());
   index_cells();
+  if (surface != nullptr) sheets_.emplace(*surface, source_, rest_, svo);
   const float longest = step * svo.grid.voxel;
   first_point_.push_back(0);
   for (const uvec3 t : source.triangles) {
@@ -159,8 +161,8 @@ HoleReference::HoleReference(const SvoSource& source, const Svo& svo, float step
     steps_.push_back(static_cast<uint16_t>(std::clamp(steps, 1.0f, float(kMostSteps))));
     first_point_.push_back(first_point_.back() + points_of(steps_.back()));
   }
-  cells_.resize(first_point_.back());
-  std::atomic<uint64_t> lost = 0;
+  cells_.resize(first_point_.back(), kLost);
+  std::atomic<uint64_t> lost = 0, strays = 0;
   parallel_for(steps_.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t t = begin; t < end; ++t) {
       uint64_t point = first_point_[t];
@@ -168,13 +170,17 @@ HoleReference::HoleReference(const SvoSource& source, const Svo& svo, float step
         for (uint32_t j = 0; j <= i; ++j, ++point) {
           const vec3 at = barycentric_of(i, j, steps_[t]);
           const auto triangle = static_cast<uint32_t>(t);
-          cells_[point] = locate(rest_of(triangle, at), triangle, at);
-          if (cells_[point] == kLost) ++lost;
+          const vec3 p = rest_of(triangle, at);
+          if (sheets_) cells_[point] = locate(p, triangle, at, true);
+          if (cells_[point] != kLost) continue;
+          cells_[point] = locate(p, triangle, at, false);
+          ++(cells_[point] == kLost ? lost : strays);
         }
       }
     }
   });
   lost_ = lost;
+  strays_ = sheets_ ? strays.load() : 0;
 }
 
 void HoleReference::index_cells() {
@@ -208,26 +214,27 @@ vec3 HoleReference::local_of(uint32_t cell, vec3 p) const {
   return (p - svo_->grid.origin) / (svo_->grid.voxel * static_cast<float>(kCellSide)) - vec3(at);
 }
 
-uint32_t HoleReference::locate(vec3 p, uint32_t triangle, vec3 barycentric) const {
+// `own`: only among copies of the triangle's own sheet.
+uint32_t HoleReference::locate(vec3 p, uint32_t triangle, vec3 barycentric, bool own) const {
   if (!std::isfinite(p.x + p.y + p.z)) return kLost;
   const VoxelGrid& grid = svo_->grid;
-  const glm::ivec3 own(glm::floor((p - grid.origin) / grid.voxel));
+  const glm::ivec3 at(glm::floor((p - grid.origin) / grid.voxel));
   Found best;
   // The surface may leave thin shells by less than a voxel: then the nearest voxel carries it.
   for (int reach = 0; reach <= 1 && best.cell == kLost; ++reach) {
     for (int i = 0; i < 27; ++i) {
       const glm::ivec3 offset(i % 3 - 1, i / 3 % 3 - 1, i / 9 - 1);
       if ((reach == 0) != (offset == glm::ivec3(0))) continue;
-      const glm::ivec3 voxel = own + offset;
+      const glm::ivec3 voxel = at + offset;
       if (glm::any(glm::lessThan(voxel, glm::ivec3(0)))) continue;
       if (glm::any(glm::greaterThanEqual(voxel, glm::ivec3(grid.resolution)))) continue;
-      look_in(uvec3(voxel), p, triangle, barycentric, best);
+      look_in(uvec3(voxel), p, triangle, barycentric, own, best);
     }
   }
   return best.cell;
 }
 
-void HoleReference::look_in(uvec3 voxel, vec3 p, uint32_t triangle, vec3 barycentric,
+void HoleReference::look_in(uvec3 voxel, vec3 p, uint32_t triangle, vec3 barycentric, bool own,
                             Found& best) const {
   const uvec3 at = voxel / kBlockSide, cell = voxel / kCellSide % 8u, in = voxel % kCellSide;
   const uint32_t b = block_at_[(size_t{at.z} * block_places_.y + at.y) * block_places_.x + at.x];
@@ -244,6 +251,7 @@ void HoleReference::look_in(uvec3 voxel, vec3 p, uint32_t triangle, vec3 barycen
     const auto before = static_cast<uint32_t>(std::popcount(copy.bricks & ((1u << brick) - 1)));
     const uint32_t mask = svo_->blocks[b].first_brick + copy.first_brick + before;
     if (!(svo_->bricks[mask] >> bit & 1)) continue;
+    if (own && !sheets_->owns(c, triangle)) continue;
     const float unlike = unlikeness(c, p, triangle, barycentric);
     if (best.cell != kLost && distance > best.distance + 0.1f) continue;
     if (best.cell != kLost && distance > best.distance - 0.1f && unlike >= best.unlike) continue;

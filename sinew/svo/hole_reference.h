@@ -4,9 +4,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "sinew/svo/hole_sheets.h"
 #include "sinew/svo/holes.h"
 #include "sinew/svo/make_svo.h"
 #include "sinew/svo/posed.h"
@@ -21,8 +23,10 @@ struct DistanceSummary {
 class HoleReference {
  public:
   // Edges of pieces are `step` voxels long at most. The source's spans and the octree must outlive
-  // the object.
-  HoleReference(const SvoSource& source, const Svo& svo, float step);
+  // the object. `surface`: what make_svo() made the octree of, which says whose each copy of a cell
+  // is; null for octrees that were not made of the source, whose copies are anybody's.
+  HoleReference(const SvoSource& source, const Svo& svo, float step,
+                const VoxelSurface* surface = nullptr);
 
   // The surface as the lattice carries it. Moves all blocks.
   void draw_lattice(PosedSvo& posed, const Affine& placement, const RasterView& view,
@@ -36,6 +40,8 @@ class HoleReference {
 
   uint64_t points() const { return cells_.size(); }
   uint64_t lost() const { return lost_; }  // points near which there is no voxel; they are left out
+  // Points near which no voxel belongs to their own sheet; another sheet's carries them.
+  uint64_t strays() const { return strays_; }
 
  private:
   static constexpr uint32_t kLost = 0xffffffffu;
@@ -50,8 +56,9 @@ class HoleReference {
     float unlike = 0.0f;    // how much materials and weights differ
   };
   void index_cells();
-  uint32_t locate(vec3 p, uint32_t triangle, vec3 barycentric) const;
-  void look_in(uvec3 voxel, vec3 p, uint32_t triangle, vec3 barycentric, Found& best) const;
+  uint32_t locate(vec3 p, uint32_t triangle, vec3 barycentric, bool own) const;
+  void look_in(uvec3 voxel, vec3 p, uint32_t triangle, vec3 barycentric, bool own,
+               Found& best) const;
   float unlikeness(uint32_t cell, vec3 p, uint32_t triangle, vec3 barycentric) const;
   vec3 local_of(uint32_t cell, vec3 p) const;  // 0..1 within the cell
   vec3 rest_of(uint32_t triangle, vec3 barycentric) const;
@@ -68,7 +75,8 @@ class HoleReference {
   std::vector<uint16_t> steps_;        // of each triangle: into how many its edges are cut
   std::vector<uint64_t> first_point_;  // of each triangle; its points are row by row
   std::vector<uint32_t> cells_;        // of each point
-  uint64_t lost_ = 0;
+  uint64_t lost_ = 0, strays_ = 0;
+  std::optional<HoleSheets> sheets_;
 };
 
 }  // namespace sinew

@@ -185,6 +185,11 @@ class Voxelizer {
     return scratch;
   }
 
+  Shell shell_of(uint32_t triangle) const {
+    const bool rim = !options_.rims.empty() && options_.rims[triangle] != 0;
+    return rim ? Shell::conservative : options_.shell;
+  }
+
   void mark_block(size_t index, Scratch& scratch) {
     const BlockRange& range = ranges_[index];
     const uvec3 base = kSide * voxel_of(range.block);
@@ -194,7 +199,8 @@ class Voxelizer {
       GridTriangle triangle;
       load(sorted_[i], triangle);
       for (dvec3& v : triangle.vertex) v -= dvec3(base);
-      const size_t count = mark_triangle(triangle, options_.shell, last, scratch.places.data());
+      const size_t count =
+          mark_triangle(triangle, shell_of(sorted_[i]), last, scratch.places.data());
       if (count > 0) look_at(sorted_[i], triangle, range.block, count, scratch);
     }
     if (scratch.count == 0) return;

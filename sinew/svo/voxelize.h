@@ -50,6 +50,8 @@ class LookFunction {
 
 struct VoxelizeOptions {
   Shell shell = Shell::thin;
+  // One a triangle, or none: those that have a conservative shell within a thin one (see rims.h).
+  std::span<const uint8_t> rims{};
   bool solid = false;         // fill whatever cannot be reached from outside over faces of voxels
                               // without passing the shell: an open mesh holds what its shell does
   uint16_t inside_color = 0;  // of the filling; its normals are +Z
