@@ -10,6 +10,7 @@
 #include "bench/bounds_command.h"
 #include "bench/larsson_command.h"
 #include "bench/report.h"
+#include "bench/stream_command.h"
 #include "bench/tables.h"
 #include "bench/trace.h"
 #include "bench/tsah_command.h"
@@ -125,7 +126,9 @@ Run define_bench(CLI::App& command) {
   const BoundsCommand bounds = define_bounds(command);
   const TsahCommand tsah = define_tsah(command);
   const AsvoCommand asvo = define_asvo(command);
-  return [options, larsson, bounds, tsah, asvo] {
+  const StreamCommand stream = define_stream(command);
+  return [options, larsson, bounds, tsah, asvo, stream] {
+    if (stream.parsed()) return stream.run();
     if (asvo.parsed()) return asvo.run();
     if (tsah.parsed()) return tsah.run();
     if (bounds.parsed()) return bounds.run();

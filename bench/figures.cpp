@@ -50,6 +50,11 @@ constexpr std::array kFigures = {
     FigureInfo{"bytes_memory", "byte", false, 6.0, 10.0},
     FigureInfo{"bytes_disk", "byte", false, 3.0, 5.0},
     FigureInfo{"voxelise_per_core", "1/s", true, 10e6, 4e6},
+    FigureInfo{"flight_stutter", "1", false, 2.0, 4.0},
+    FigureInfo{"flight_psnr", "dB", true, 35.0, 35.0},
+    FigureInfo{"settled", "1", true, 1.0, 1.0},
+    FigureInfo{"bytes_4096", "byte", false, 3.0, 5.0},
+    FigureInfo{"bytes_smaller", "byte", false, kNone, kNone},
 };
 
 std::string processor() {

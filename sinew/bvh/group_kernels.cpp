@@ -142,6 +142,11 @@ class GroupTraversal {
   void visit_instance(const Instance& instance, uint32_t part, RayGroup& group, uint64_t mask,
                       size_t base) {
     if ((instance.mask & options_.mask) == 0) return;
+    if (instance.boxes != nullptr) {
+      if (instance.boxes->root == kNoChild) return;
+      if (instance.in_place) return visit_boxes(instance, group, mask, base);
+      return visit_transformed(instance, kNoChild, group, mask, base);
+    }
     uint32_t root = part != kNoChild ? part : instance.root;
     if (part == kNoChild && instance.body != nullptr) {
       VisitedBody& body = *instance.body;
@@ -174,7 +179,11 @@ class GroupTraversal {
       }
       local.prepare();
       const uint64_t all = local.alive;
-      visit_body(instance, root, local, all, base);
+      if (instance.boxes != nullptr) {
+        visit_boxes(instance, local, all, base);
+      } else {
+        visit_body(instance, root, local, all, base);
+      }
       for (uint32_t k = 0; k < local.count; ++k) {
         group.set_hit(from[k], local.hit(k));
         if (!(local.alive >> k & 1)) group.alive &= ~(uint64_t{1} << from[k]);
@@ -194,6 +203,102 @@ class GroupTraversal {
                 visit_treelet(instance, treelet_of(word), group, rays, free);
               }
             });
+  }
+
+  HWY_NOINLINE void visit_boxes(const Instance& instance, RayGroup& group, uint64_t mask,
+                                size_t base) {
+    const BoxBody& body = *instance.boxes;
+    descend(body.nodes, nullptr, body.root, group, mask, base,
+            [&](uint32_t word, uint64_t rays, size_t& free) {
+              if (is_leaf_word(word)) return visit_box_leaf(instance, word, group, rays);
+              visit_box_treelet(instance, treelet_of(word), group, rays, free);
+            });
+  }
+
+  HWY_INLINE void visit_box_treelet(const Instance& instance, uint32_t treelet, RayGroup& group,
+                                    uint64_t mask, size_t& top) {
+    const BoxBody& body = *instance.boxes;
+    bool made = false;
+    if (treelet < body.parts) {
+      return stack_.push(top, {mask, 0.0f, visit_box_part(body, treelet, made)});
+    }
+    const uint32_t index = treelet - body.parts;
+    const BoxDetail& detail = body.details[index];
+    const RayFootprint& footprint = options_.footprint;
+    uint64_t levels[kBoxLevels] = {};
+    if (footprint.width == 0.0f && footprint.spread == 0.0f) {
+      levels[detail.finest] = mask;
+    } else {
+      for (uint64_t rest = mask; rest != 0; rest &= rest - 1) {
+        const auto i = static_cast<uint32_t>(__builtin_ctzll(rest));
+        const float along[3] = {group.direction[0][i], group.direction[1][i],
+                                group.direction[2][i]};
+        const LocalFootprint local(footprint, instance, along, rays_[group.ray[i]].direction);
+        const uint32_t level =
+            level_for(detail, local, group.origin[0][i], group.origin[1][i], group.origin[2][i]);
+        levels[level] |= uint64_t{1} << i;
+      }
+    }
+    for (uint32_t l = 0; l + 1 < kBoxLevels; ++l) {
+      if (levels[l] == 0) continue;
+      stack_.push(top, {levels[l], 0.0f, visit_box_detail(body, index, l, made)});
+    }
+    if (levels[kBoxLevels - 1] != 0) {
+      visit_box_packet(instance, whole_packet(detail), group, levels[kBoxLevels - 1]);
+      if (!kAny) group.find_most_t();
+    }
+  }
+
+  HWY_INLINE void visit_box_leaf(const Instance& instance, uint32_t word, RayGroup& group,
+                                 uint64_t mask) {
+    const uint32_t first = leaf_first(word), end = first + leaf_packets(word);
+    for (uint32_t p = first; p != end && mask != 0; ++p) {
+      visit_box_packet(instance, instance.boxes->nodes[p], group, mask);
+      if (kAny) mask &= group.alive;
+    }
+    if (!kAny) group.find_most_t();
+  }
+
+  // Few rays one by one against eight boxes, many against one box after another.
+  HWY_INLINE void visit_box_packet(const Instance& instance, const Node8& packet, RayGroup& group,
+                                   uint64_t mask) {
+    __builtin_prefetch(packet.child);
+    if (are_few(mask)) {
+      for (; mask != 0; mask &= mask - 1) {
+        const auto k = static_cast<uint32_t>(__builtin_ctzll(mask));
+        visit_boxes_singly(instance, packet, group, k);
+      }
+      return;
+    }
+    alignas(64) float entry[kWidth];
+    for (uint32_t bits = test_boxes(packet, group, entry); bits != 0; bits &= bits - 1) {
+      const auto lane = static_cast<uint32_t>(__builtin_ctz(bits));
+      test_box_hits(packet, lane, group, mask, [&](size_t i, uint32_t rays, auto t) {
+        const auto zero = hn::Zero(DG());
+        take_hits(instance, packet.child[lane], group, i, rays, t, zero, zero);
+      });
+      if (kAny) mask &= group.alive;
+    }
+  }
+
+  HWY_INLINE void visit_boxes_singly(const Instance& instance, const Node8& packet, RayGroup& group,
+                                     uint32_t k) {
+    alignas(64) float entry[kWidth];
+    for (uint32_t bits = test_boxes(packet, group, k, entry); bits != 0; bits &= bits - 1) {
+      const int lane = __builtin_ctz(bits);
+      const Hit hit{entry[lane] + 0.0f, 0.0f, 0.0f, packet.child[lane], instance.object};
+      if (!is_closer(hit, group.hit(k))) continue;
+      if (is_asked(instance, options_) &&
+          !options_.filter.accept(options_.filter.context, options_.first_ray + group.ray[k],
+                                  hit)) {
+        continue;
+      }
+      if (kAny) {
+        group.alive &= ~(uint64_t{1} << k);
+        return;
+      }
+      group.set_hit(k, hit);
+    }
   }
 
   HWY_NOINLINE void visit_treelet(const Instance& instance, uint32_t treelet, RayGroup& group,

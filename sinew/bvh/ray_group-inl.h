@@ -356,6 +356,57 @@ HWY_INLINE uint32_t test_boxes_singly(const Node8& node, const RayGroup& group, 
   return any;
 }
 
+// One ray of the group against eight boxes.
+HWY_INLINE uint32_t test_boxes(const Node8& node, const RayGroup& group, uint32_t k,
+                               float* HWY_RESTRICT entry) {
+  const D8 d;
+  const float(*planes)[kWidth] = node.low;
+  uint32_t bits = 0;
+  for (size_t i = 0; i < kWidth; i += hn::Lanes(d)) {
+    auto near = hn::Set(d, group.t_min[k]);
+    auto far = hn::Set(d, group.t[k] * kReach);
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const auto o = hn::Set(d, group.origin[axis][k]);
+      near = hn::Max(near, hn::Mul(hn::Sub(hn::Load(d, planes[group.near[axis]] + i), o),
+                                   hn::Set(d, group.reciprocal[axis][k])));
+      far = hn::Min(far, hn::Mul(hn::Sub(hn::Load(d, planes[group.far[axis]] + i), o),
+                                 hn::Set(d, group.far_reciprocal[axis][k])));
+    }
+    hn::Store(near, d, entry + i);
+    bits |= mask_bits(d, hn::Le(near, far)) << i;
+  }
+  return bits;
+}
+
+// The rays of `mask` against one box that is hit where they enter it, some vectors of them.
+// hit(first ray, bits, t) is called for vectors with hits not beyond those so far.
+template <class OnHit>
+HWY_INLINE void test_box_hits(const Node8& packet, uint32_t lane, const RayGroup& group,
+                              uint64_t mask, const OnHit& on_hit) {
+  const DG d;
+  const float(*planes)[kWidth] = packet.low;
+  for (size_t i = 0; i < group.count; i += hn::Lanes(d)) {
+    const auto part = static_cast<uint32_t>(mask >> i) & ((1u << hn::Lanes(d)) - 1u);
+    if (part == 0) continue;
+    const auto most = hn::Load(d, group.t + i);
+    auto near = hn::Load(d, group.t_min + i);
+    auto far = hn::Mul(most, hn::Set(d, kReach));
+    for (uint32_t axis = 0; axis < 3; ++axis) {
+      const auto o = hn::Load(d, group.origin[axis] + i);
+      const auto near_plane = hn::Set(d, planes[group.near[axis]][lane]);
+      const auto far_plane = hn::Set(d, planes[group.far[axis]][lane]);
+      near =
+          hn::Max(near, hn::Mul(hn::Sub(near_plane, o), hn::Load(d, group.reciprocal[axis] + i)));
+      far =
+          hn::Min(far, hn::Mul(hn::Sub(far_plane, o), hn::Load(d, group.far_reciprocal[axis] + i)));
+    }
+    near = hn::Add(near, hn::Zero(d));  // not -0
+    const auto hit = hn::And(hn::Le(near, far), hn::Le(near, most));
+    const uint32_t bits = mask_bits(d, hit) & part;
+    if (bits != 0) on_hit(i, bits, near);
+  }
+}
+
 // The rays that meet each child, as the low and the high half of a mask.
 struct ChildRays {
   alignas(32) uint32_t low[kWidth], high[kWidth];

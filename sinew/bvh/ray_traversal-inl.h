@@ -10,6 +10,7 @@
 #include <thread>
 #include <type_traits>
 
+#include "sinew/bvh/box_body.h"
 #include "sinew/bvh/pack-inl.h"
 #include "sinew/bvh/ray_tests-inl.h"
 #include "sinew/bvh/traverse.h"
@@ -148,6 +149,46 @@ HWY_INLINE const TrianglePacket& packet_of(const Instance& instance, uint32_t in
   return room;
 }
 
+// How wide a ray is in the space of an instance. Lengths there are those of its direction.
+struct LocalFootprint {
+  float width = 0.0f, spread = 0.0f;
+
+  HWY_INLINE LocalFootprint(const RayFootprint& world, const Instance& instance,
+                            const float* HWY_RESTRICT along, const vec3& direction)
+      : width(world.width), spread(world.spread) {
+    if (instance.in_place || width == 0.0f) return;
+    const float local = along[0] * along[0] + along[1] * along[1] + along[2] * along[2];
+    width *= std::sqrt(local / dot(direction, direction));
+  }
+};
+
+// The finest level of a detail whose boxes are at least as wide as the ray where it begins. Depends
+// on nothing that the ray met before.
+HWY_INLINE uint32_t level_for(const BoxDetail& detail, const LocalFootprint& ray, float x, float y,
+                              float z) {
+  const auto beyond = [&](int axis, float at) {
+    const float before = detail.low[axis] - at, after = at - detail.high[axis];
+    const float least = before > after ? before : after;
+    return least > 0.0f ? least : 0.0f;
+  };
+  const float dx = beyond(0, x), dy = beyond(1, y), dz = beyond(2, z);
+  const float seen = ray.width + ray.spread * std::sqrt(dx * dx + dy * dy + dz * dz);
+  uint32_t level = 0;
+  for (float size = detail.size; level + 1 < kBoxLevels && size < seen; size += size) ++level;
+  return level > detail.finest ? level : detail.finest;
+}
+
+// The last level of a detail as a packet.
+HWY_INLINE Node8 whole_packet(const BoxDetail& detail) {
+  Node8 packet = empty_node();
+  for (int axis = 0; axis < 3; ++axis) {
+    packet.low[axis][0] = detail.low[axis];
+    packet.high[axis][0] = detail.high[axis];
+  }
+  packet.child[0] = detail.whole;
+  return packet;
+}
+
 // What a leaf word of the top tree means.
 HWY_INLINE TopLeaf top_leaf(const SceneView& scene, uint32_t word) {
   const uint32_t index = word & ~kLeafBit;
@@ -205,6 +246,7 @@ class Traversal {
   template <class Leaf>
   HWY_INLINE bool descend(const Node8* nodes, const TrianglePacket* packets, uint32_t root,
                           const Setup& setup, StackEntry* const base, const Leaf& leaf) {
+    // The leaf may push child words that take its place.
     StackEntry* top = base;
     uint32_t word = root;
     alignas(64) float entry[kWidth];
@@ -240,6 +282,7 @@ class Traversal {
   bool visit_instance(const Instance& instance, uint32_t part, const Setup& world,
                       StackEntry* base) {
     if ((instance.mask & options_.mask) == 0) return false;
+    if (instance.boxes != nullptr) return visit_boxes(instance, world, base);
     choose_side(instance);
     return with_setup(instance, world, [&](const Setup& setup) {
       uint32_t root = part != kNoChild ? part : instance.root;
@@ -262,6 +305,74 @@ class Traversal {
     const vec4 origin(transform_point(instance.to_object, ray_.origin), 0.0f);
     const vec4 direction(transform_vector(instance.to_object, ray_.direction), 0.0f);
     return with(Setup(&origin.x, &direction.x));
+  }
+
+  HWY_NOINLINE bool visit_boxes(const Instance& instance, const Setup& world, StackEntry* base) {
+    const BoxBody& body = *instance.boxes;
+    const vec3 along =
+        instance.in_place ? ray_.direction : transform_vector(instance.to_object, ray_.direction);
+    const LocalFootprint footprint(options_.footprint, instance, &along.x, ray_.direction);
+    return body.root != kNoChild && with_setup(instance, world, [&](const Setup& setup) {
+             return descend(
+                 body.nodes, nullptr, body.root, setup, base, [&](uint32_t word, StackEntry*& top) {
+                   if (is_leaf_word(word)) return visit_box_leaf(instance, word, setup);
+                   return visit_box_treelet(instance, treelet_of(word), footprint, setup, top);
+                 });
+           });
+  }
+
+  HWY_INLINE bool visit_box_leaf(const Instance& instance, uint32_t word, const Setup& setup) {
+    const uint32_t first = leaf_first(word), end = first + leaf_packets(word);
+    for (uint32_t p = first; p != end; ++p) {
+      if (visit_box_packet(instance, instance.boxes->nodes[p], setup)) return true;
+    }
+    return false;
+  }
+
+  HWY_INLINE bool visit_box_treelet(const Instance& instance, uint32_t treelet,
+                                    const LocalFootprint& footprint, const Setup& setup,
+                                    StackEntry*& top) {
+    const BoxBody& body = *instance.boxes;
+    bool made = false;
+    uint32_t word;
+    if (treelet < body.parts) {
+      word = visit_box_part(body, treelet, made);
+    } else {
+      const BoxDetail& detail = body.details[treelet - body.parts];
+      const uint32_t level =
+          level_for(detail, footprint, setup.origin[0], setup.origin[1], setup.origin[2]);
+      if (level + 1 == kBoxLevels) return visit_box_packet(instance, whole_packet(detail), setup);
+      word = visit_box_detail(body, treelet - body.parts, level, made);
+    }
+    if (made) counter_.treelet();
+    if (is_leaf_word(word)) return visit_box_leaf(instance, word, setup);
+    if constexpr (kAny) {
+      *top++ = word;
+    } else {
+      *top++ = make_entry(0.0f, word);
+    }
+    return false;
+  }
+
+  HWY_INLINE bool visit_box_packet(const Instance& instance, const Node8& packet,
+                                   const Setup& setup) {
+    alignas(64) float entry[kWidth];
+    counter_.packet();
+    __builtin_prefetch(packet.child);
+    for (uint32_t bits = test_boxes(packet, setup, ray_.t_min, best_.t, entry); bits != 0;
+         bits &= bits - 1) {
+      const int lane = __builtin_ctz(bits);
+      // + 0: not -0, which a minimum may or may not choose.
+      const Hit hit{entry[lane] + 0.0f, 0.0f, 0.0f, packet.child[lane], instance.object};
+      if (!is_closer(hit, best_)) continue;
+      if (is_asked(instance, options_) &&
+          !options_.filter.accept(options_.filter.context, index_, hit)) {
+        continue;
+      }
+      best_ = hit;
+      if (kAny) return true;
+    }
+    return false;
   }
 
   void choose_side(const Instance& instance) { side_ = side_of(instance, options_); }

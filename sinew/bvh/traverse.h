@@ -14,6 +14,7 @@
 
 namespace sinew {
 
+struct BoxBody;      // box_body.h
 struct VisitedBody;  // visit.h
 
 // One object in the world: views only.
@@ -25,6 +26,7 @@ struct Instance {
   const PacketPrimitives* primitives = nullptr;  // of every packet
   uint32_t root = kNoChild;                      // child word; unused if there is a `body`
   VisitedBody* body = nullptr;           // makes what a ray visits first; null: everything is made
+  const BoxBody* boxes = nullptr;        // then it has these and no triangles
   Affine to_object = identity_affine();  // world -> object; rays go through it unless `in_place`
   uint32_t object = 0;                   // Hit::object
   uint32_t mask = 0xffffffffu;           // rays see it if (mask & query mask) != 0
@@ -76,6 +78,13 @@ enum class Precision : uint8_t {
   fast,        // rays that meet an edge, or a box's side, within rounding may miss
 };
 
+// How wide the rays of a span are, in the world: what is finer need not be looked at. At its
+// origin, and by how much it grows in a unit of length. 0: the finest there is.
+struct RayFootprint {
+  float width = 0.0f;
+  float spread = 0.0f;
+};
+
 struct QueryOptions {
   uint32_t mask = 0xffffffffu;
   Facing facing = Facing::any;
@@ -83,6 +92,7 @@ struct QueryOptions {
   Precision precision = Precision::watertight;
   HitFilter filter = {};
   uint32_t first_ray = 0;  // what the filter is told for rays[0]
+  RayFootprint footprint = {};
 };
 
 // hits[i] = the closest hit of rays[i], or a Hit that is false. Sizes must agree. Rays with a

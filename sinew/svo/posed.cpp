@@ -109,7 +109,7 @@ void PosedSvo::set_pose(const SvoMotion& motion, const Pose& pose) {
     made_.assign(svo.block_count(), 0);
     positions_ = Buffer<vec3>(svo.corner_places.size());
     cofactors_ = Buffer<mat3>(svo.joints > 0 ? svo.corner_places.size() : 0);
-    boxes_.resize(motion.first_block + svo.block_count());
+    boxes_ = Buffer<Box>(motion.first_block + svo.block_count());
     boxes_state_ = std::make_unique<std::atomic<uint64_t>>(0);
     epoch_ = 0;
   }
@@ -149,7 +149,8 @@ Box PosedSvo::union_below(uint32_t node) const {
 
 void PosedSvo::fill_boxes() const {
   const uint32_t first = motion_->first_block;
-  derive_bounds(motion_->blocks, motion_->shape(), pose_, 0, std::span(boxes_).subspan(first));
+  derive_bounds(motion_->blocks, motion_->shape(), pose_, 0,
+                {boxes_.data() + first, boxes_.size() - first});
   for (uint32_t node = first; node-- > 0;) {
     const SvoNode& parent = svo().nodes[node];
     boxes_[node] = {};

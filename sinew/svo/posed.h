@@ -77,7 +77,7 @@ class PosedSvo {
   Buffer<mat3> cofactors_;
   // Of the nodes of levels kBlockLevel and above, once `boxes_state_` is 2 * epoch + 1; while
   // somebody fills them, it is 2 * epoch.
-  mutable std::vector<Box> boxes_;
+  mutable Buffer<Box> boxes_;
   std::unique_ptr<std::atomic<uint64_t>> boxes_state_;
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "sinew/base/check.h"
+#include "sinew/svo/voxel_at.h"
 
 namespace sinew {
 namespace {
@@ -46,11 +47,6 @@ void for_each_cell_below(const Svo& svo, uint32_t n, const F& call) {
       for_each_cell_below(svo, child, call);
     }
   }
-}
-
-uint32_t block_of(const Svo& svo, uint32_t cell) {
-  const std::span<const SvoBlock> blocks(svo.blocks.data(), svo.block_count());
-  return holder_of(blocks, cell, [](const SvoBlock& block) { return block.first_cell; });
 }
 
 Box bounds_of(const PosedSvo& posed, uint32_t n) {
@@ -111,6 +107,14 @@ VoxelSample sample_voxel(std::span<const VoxelInstance> instances, VisibilityKey
   } else {
     sample_node(body, out.unit - cells, out);
   }
+  return out;
+}
+
+VoxelSample sample_voxel_hit(const VoxelInstance& instance, uint32_t primitive) {
+  VoxelSample out;
+  out.unit = primitive >> 10;
+  out.code = primitive & 1023;
+  sample_cell(instance, out.unit, out);
   return out;
 }
 

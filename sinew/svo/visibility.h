@@ -83,5 +83,7 @@ struct VoxelSample {
   float spread = 1.0f;    // length of the mean normal
 };
 VoxelSample sample_voxel(std::span<const VoxelInstance> instances, VisibilityKey key);
+// The same of what a ray has met: Hit::primitive is cell << 10 | code.
+VoxelSample sample_voxel_hit(const VoxelInstance& instance, uint32_t primitive);
 
 }  // namespace sinew

@@ -5,7 +5,7 @@
 #include "sinew/base/parallel.h"
 #include "sinew/bvh/top.h"
 #include "sinew/bvh/update.h"
-#include "sinew/world/world_impl.h"
+#include "sinew/world/octrees.h"
 
 namespace sinew {
 namespace {
@@ -86,6 +86,17 @@ bool derive_box(const Body& body, PosedObject& posed) {
 bool is_shown(const Object& object, const PosedObject& posed) {
   return object.alive && object.desc.visible && posed.present && posed.finite &&
          !posed.box.empty() && is_finite(posed.box);
+}
+
+Instance instance_of_octree(const Object& object, ObjectId id, const PosedObject& posed,
+                            const PosedOctree& octree) {
+  return {.boxes = &octree.leaves.body(),
+          .to_object = posed.to_object,
+          .object = id,
+          .mask = object.desc.mask,
+          .in_place = posed.in_place,
+          .filtered = object.desc.filtered,
+          .placement = posed.placement};
 }
 
 Instance instance_of(const Object& object, ObjectId id, const Body& body, PosedObject& posed) {
@@ -184,11 +195,15 @@ UpdateMode World::Impl::choose(ObjectId id) {
 }
 
 // `other` is the frame that had the object's last pose, should the caller have forgotten it.
+const Pose& World::Impl::next_pose(const WorldFrame& other, ObjectId id) const {
+  return objects[id].fresh ? objects[id].pose : other.objects[id].pose;
+}
+
 void World::Impl::update_object(WorldFrame& frame, const WorldFrame& other, ObjectId id) {
   const Object& object = objects[id];
   const Body& body = bodies[object.body];
   PosedObject& posed = frame.objects[id];
-  const Pose& pose = object.fresh ? object.pose : other.objects[id].pose;
+  const Pose& pose = next_pose(other, id);
   const bool is_next = posed.version + 1 == object.version;
   posed.version = object.version;
   posed.placement = pose.placement;
@@ -203,6 +218,12 @@ void World::Impl::update_object(WorldFrame& frame, const WorldFrame& other, Obje
   }
   posed.in_place = posed.placement == identity_affine();
   posed.to_object = posed.in_place ? identity_affine() : inverse_affine(posed.placement);
+  if (body.octree) {  // pose_octrees() does the rest
+    const Svo& svo = *body.octree->motion.svo;
+    posed.finite = pose_fits(svo, pose);
+    if (posed.finite) posed.pose_hash = pose_hash(svo, pose);
+    return;
+  }
   if (body.deforms) change_tree(body, object.tree, posed);
   posed.changed = body.deforms && !same_shape(body.motion, posed, pose);
   if (is_next && is_part(body, posed, pose)) {
@@ -231,6 +252,8 @@ void World::Impl::update(uint32_t index) {
   parallel_for(frame.moved.size(), 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) update_object(frame, other, frame.moved[i]);
   });
+  pose_octrees(frame, other);
+  refresh_octrees(frame);
   count_updates(frame);
   build_top_tree(frame);
   for (Object& object : objects) object.fresh = false;
@@ -250,7 +273,8 @@ void World::Impl::count_updates(WorldFrame& frame) const {
   UpdateStats& stats = frame.stats;
   for (const ObjectId id : frame.moved) {
     const PosedObject& posed = frame.objects[id];
-    if (!posed.present || !bodies[objects[id].body].deforms) continue;
+    const Body& body = bodies[objects[id].body];
+    if (!posed.present || !body.deforms || body.octree) continue;
     if (!posed.changed) {
       ++stats.unchanged;
       continue;
@@ -258,12 +282,29 @@ void World::Impl::count_updates(WorldFrame& frame) const {
     ++(posed.mode == UpdateMode::full     ? stats.full
        : posed.mode == UpdateMode::hybrid ? stats.hybrid
                                           : stats.lazy);
-    stats.triangles_updated += bodies[objects[id].body].triangles.size();
+    stats.triangles_updated += body.triangles.size();
+  }
+  stats.octrees_posed = static_cast<uint32_t>(frame.to_pose.size());
+}
+
+// Hangs the object's treelets in the top tree, each by itself.
+void World::Impl::add_treelets(uint32_t instance, const Body& body, PosedObject& posed,
+                               WorldFrame& frame) {
+  // The top tree, or what is shown, may have changed since the pose came.
+  if (posed.mode != UpdateMode::full) visit_upper(posed.visited, Threads::all);
+  for (const Treelet& treelet : tree_of(body, posed).layout.treelets) {
+    const Node8& parent = posed.bvh.nodes[treelet.parent_node];
+    const Box local = lane_box(parent, treelet.parent_lane);
+    if (local.empty()) continue;
+    const Box box = posed.in_place ? local : transform_box(posed.placement, local);
+    frame.boxes.push_back(padded(posed, box));
+    frame.leaves.push_back({instance, parent.child[treelet.parent_lane]});
   }
 }
 
 void World::Impl::build_top_tree(WorldFrame& frame) {
   frame.instances.clear();
+  frame.voxels.clear();
   frame.boxes.clear();
   frame.leaves.clear();
   frame.box = Box();
@@ -273,29 +314,27 @@ void World::Impl::build_top_tree(WorldFrame& frame) {
     if (object.alive && posed.present && !posed.finite) ++frame.stats.objects_skipped;
     if (!is_shown(object, posed)) continue;
     const Body& body = bodies[object.body];
-    const Bvh8Layout& layout = tree_of(body, posed).layout;
     const auto index = static_cast<uint32_t>(frame.instances.size());
-    frame.instances.push_back(instance_of(object, id, body, posed));
+    if (body.octree) {
+      frame.voxels.push_back(id);
+      frame.instances.push_back(instance_of_octree(object, id, posed, frame.octrees[posed.octree]));
+    } else {
+      frame.instances.push_back(instance_of(object, id, body, posed));
+    }
     frame.box.extend(padded(posed, posed.box));
-    if (top_tree == TopTree::objects || !body.deforms || layout.upper_nodes == 0) {
+    const bool by_treelets = top_tree == TopTree::treelets && body.deforms && !body.octree &&
+                             tree_of(body, posed).layout.upper_nodes > 0;
+    if (by_treelets) {
+      add_treelets(index, body, posed, frame);
+    } else {
       frame.boxes.push_back(padded(posed, posed.box));
       frame.leaves.push_back({index});
-      continue;
-    }
-    // The top tree, or what is shown, may have changed since the pose came.
-    if (posed.mode != UpdateMode::full) visit_upper(posed.visited, Threads::all);
-    for (const Treelet& treelet : layout.treelets) {
-      const Node8& parent = posed.bvh.nodes[treelet.parent_node];
-      const Box local = lane_box(parent, treelet.parent_lane);
-      if (local.empty()) continue;
-      const Box box = posed.in_place ? local : transform_box(posed.placement, local);
-      frame.boxes.push_back(padded(posed, box));
-      frame.leaves.push_back({index, parent.child[treelet.parent_lane]});
     }
   }
   if (top_tree == TopTree::objects) frame.leaves.clear();  // leaf i is instance i
   build_top(frame.boxes, frame.top_scratch, frame.top);
   frame.stats.objects_present = static_cast<uint32_t>(frame.instances.size());
+  frame.stats.voxel_objects = static_cast<uint32_t>(frame.voxels.size());
 }
 
 void World::commit() {
@@ -310,6 +349,7 @@ void World::flip() {
   if (!impl_->staged) return;
   impl_->shown = 1 - impl_->shown;
   impl_->staged = false;
+  impl_->refresh_octrees(impl_->now());
 }
 
 }  // namespace sinew

@@ -59,6 +59,20 @@ Pose build_pose(const Scene& scene, const SceneBody& body, const ScenePose& pose
   return at_rest;
 }
 
+// One body an octree that objects have, and the objects.
+Result<void> add_voxels(const Scene& scene, const ScenePose& pose, World& world) {
+  std::vector<std::optional<BodyId>> body_of(scene.octrees.size());
+  for (size_t i = 0; i < scene.voxels.size(); ++i) {
+    const uint32_t octree = scene.voxels[i].octree;
+    std::optional<BodyId>& body = body_of[octree];
+    if (!body) {
+      SINEW_TRY(body, world.add_octree({&scene.octrees[octree], pose.voxels[i]}));
+    }
+    SINEW_CHECKED(world.add_object(*body));
+  }
+  return {};
+}
+
 uint32_t tree_at(const Body& body, double seconds) {
   uint32_t tree = 0;
   while (tree + 1 < body.trees.size() && body.trees[tree + 1].begin <= seconds) ++tree;
@@ -124,6 +138,7 @@ Result<World> prepare(const Scene& scene, const PrepareOptions& options) {
     const Mesh& mesh = scene.meshes[scene.objects[i].mesh];
     SINEW_CHECKED(world.add_object(body_of[i], describe(scene, mesh)));
   }
+  SINEW_CHECKED(add_voxels(scene, pose, world));
   w.mode = options.update;
   w.top_tree = options.top_tree;
   SINEW_CHECKED(world.set_time(start));
@@ -140,6 +155,11 @@ Result<void> World::Impl::pose_at(World& world, WorldFrame& frame, double second
     if (!objects[i].alive) continue;
     objects[i].tree = tree_at(body_of(static_cast<ObjectId>(i)), seconds);
     SINEW_CHECKED(world.set_pose(static_cast<ObjectId>(i), frame.pose.objects[i]));
+  }
+  for (size_t i = 0; i < frame.pose.voxels.size(); ++i) {
+    const size_t id = frame.pose.objects.size() + i;
+    if (!objects[id].alive) continue;
+    SINEW_CHECKED(world.set_pose(static_cast<ObjectId>(id), frame.pose.voxels[i]));
   }
   return {};
 }

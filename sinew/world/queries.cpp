@@ -24,6 +24,16 @@ void for_each_chunk(const WorldFrame& frame, size_t count, const QueryOptions& o
   });
 }
 
+PickedVoxel voxel_of(const Svo& svo, uint32_t primitive) {
+  PickedVoxel out;
+  out.cell = primitive >> 10;
+  out.code = primitive & 1023;
+  out.level = level_of(out.code);
+  out.material = svo.cells[out.cell].material;
+  out.rest = rest_voxel(svo, out.cell, out.code);
+  return out;
+}
+
 SceneView view_of(const WorldFrame& frame) {
   // A lone object needs no top tree.
   const bool lone = frame.instances.size() <= 1 && frame.leaves.empty();
@@ -93,6 +103,12 @@ std::optional<Pick> World::pick(const Ray& ray, const QueryOptions& options) con
   if (!pick.hit) return std::nullopt;
   const Body& body = impl_->body_of(pick.hit.object);
   pick.point = ray.origin + pick.hit.t * ray.direction;
+  if (body.octree) {
+    const Svo& svo = *body.octree->motion.svo;
+    pick.voxel = voxel_of(svo, pick.hit.primitive);
+    pick.joints = joint_weights(svo, pick.voxel->cell, pick.voxel->code);
+    return pick;
+  }
   pick.vertices = body.triangles[pick.hit.primitive];
   pick.barycentrics = vec3(1.0f - pick.hit.u - pick.hit.v, pick.hit.u, pick.hit.v);
   pick.joints = joint_weights(body.motion, pick.vertices, pick.barycentrics);

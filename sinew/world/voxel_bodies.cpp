@@ -58,6 +58,23 @@ void VoxelBodies::set_pose(const Scene& scene, const ScenePose& pose) {
   list_boxes();
 }
 
+void VoxelBodies::take(const World& world) {
+  instances_.clear();
+  objects_.clear();
+  boxes_.clear();
+  box_ = {};
+  uint64_t units = 0;
+  for (const ObjectId object : world.voxel_objects()) {
+    VoxelInstance instance = *world.voxel_instance(object);
+    const uint32_t own = unit_count(instance.posed->svo());
+    if (units + own > kMostUnits) continue;
+    instance.first_unit = static_cast<uint32_t>(units);
+    instances_.push_back(instance);
+    objects_.push_back(object);
+    units += own;
+  }
+}
+
 void VoxelBodies::list_boxes() {
   size_t blocks = 0;
   for (const VoxelInstance& instance : instances_) blocks += instance.posed->svo().block_count();

@@ -10,6 +10,7 @@
 #include "sinew/scene/scene.h"
 #include "sinew/svo/posed.h"
 #include "sinew/svo/visibility.h"
+#include "sinew/world/world.h"
 
 namespace sinew {
 
@@ -23,6 +24,12 @@ class VoxelBodies {
   // After the first pose of a scene nothing is allocated.
   void set_pose(const Scene& scene, const ScenePose& pose);
 
+  // Or: takes views of the voxel objects that a world shows, until its next commit or flip. Those
+  // beyond what a key can name are left out. objects() are the world's then, and boxes are there
+  // once list_boxes() has been called.
+  void take(const World& world);
+  void list_boxes();
+
   // One for each object that is there, by rising first_unit.
   std::span<const VoxelInstance> instances() const { return instances_; }
   // Index in Scene::voxels of each instance.
@@ -34,7 +41,6 @@ class VoxelBodies {
 
  private:
   uint32_t posed_as(const Scene& scene, const ScenePose& pose, uint32_t object) const;
-  void list_boxes();
 
   std::vector<SvoMotion> motions_;  // one an octree
   std::vector<PosedSvo> posed_;     // one an object; only leaders' are used

@@ -5,7 +5,7 @@
 
 #include "sinew/base/parallel.h"
 #include "sinew/bvh/update.h"
-#include "sinew/world/world_impl.h"
+#include "sinew/world/octrees.h"
 
 namespace sinew {
 namespace {
@@ -181,7 +181,10 @@ void World::set_top_tree(TopTree top) {
 
 Result<void> World::set_pose(ObjectId id, const Pose& pose) {
   Object& object = impl_->object(id);
-  if (pose.present && !pose_fits(impl_->bodies[object.body].motion, pose)) {
+  const Body& body = impl_->bodies[object.body];
+  const bool fits =
+      body.octree ? counts_fit(*body.octree->motion.svo, pose) : pose_fits(body.motion, pose);
+  if (pose.present && !fits) {
     return fail({ErrorKind::usage, "", "object " + std::to_string(id),
                  "the pose does not fit the motion of its body",
                  "give as many joints, weights or positions as the motion needs"});
@@ -249,7 +252,9 @@ vec3 World::position(ObjectId object, uint32_t vertex) const {
   return at;
 }
 std::array<vec3, 3> World::triangle(ObjectId object, uint32_t primitive) const {
-  const uvec3 t = impl_->body_of(object).triangles[primitive];
+  const Body& body = impl_->body_of(object);
+  SINEW_CHECK(primitive < body.triangles.size());
+  const uvec3 t = body.triangles[primitive];
   return {position(object, t.x), position(object, t.y), position(object, t.z)};
 }
 
@@ -261,17 +266,19 @@ bool World::mirrored(ObjectId object) const {
 }
 
 UpdateStats World::stats() const {
-  UpdateStats stats = impl_->now().stats;
-  for (const Instance& instance : impl_->now().instances) {
+  const WorldFrame& frame = impl_->now();
+  UpdateStats stats = frame.stats;
+  for (const Instance& instance : frame.instances) {
     const Body& body = impl_->body_of(instance.object);
-    if (!body.deforms) continue;
-    const PosedObject& posed = impl_->now().objects[instance.object];
+    if (!body.deforms || body.octree) continue;
+    const PosedObject& posed = frame.objects[instance.object];
     const size_t treelets = tree_of(body, posed).layout.treelets.size();
     stats.treelets += treelets;
     stats.treelets_made += posed.mode == UpdateMode::full
                                ? treelets
                                : posed.visited.made.load(std::memory_order_relaxed);
   }
+  count_octrees(frame, stats);
   return stats;
 }
 
@@ -283,6 +290,11 @@ std::string World::validate() const {
   for (const Instance& instance : impl_->now().instances) {
     const ObjectId id = instance.object;
     const Body& body = impl_->body_of(id);
+    if (body.octree) {
+      const std::string problem = validate_octree(impl_->now(), id);
+      if (!problem.empty()) return "object " + std::to_string(id) + ": " + problem;
+      continue;
+    }
     if (instance.body != nullptr && !is_ready(*instance.body)) continue;
     std::vector<vec3> at(vertex_count(body.motion));
     impl_->positions(id, 0, at);

@@ -24,10 +24,12 @@
 #include "sinew/motion/motion.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/scene.h"
+#include "sinew/svo/visibility.h"
+#include "sinew/svo/voxel_at.h"
 
 namespace sinew {
 
-using BodyId = uint32_t;    // a shape with its motion and its tree
+using BodyId = uint32_t;    // a shape with its motion and its tree, or an octree
 using ObjectId = uint32_t;  // one appearance of a body; what Hit::object says
 
 struct BodyDesc {
@@ -38,11 +40,17 @@ struct BodyDesc {
   std::span<const TimedTree> trees{};  // instead of one that is built; by rising times
 };
 
+// An octree as a body: its objects are hit where the boxes of their voxels are (svo/leaves.h).
+struct OctreeDesc {
+  const Svo* svo = nullptr;          // must outlive the world; valid, see validate()
+  std::optional<Pose> build_pose{};  // for World::size(); none: at rest
+};
+
 struct ObjectDesc {
   uint32_t mask = 0xffffffffu;
   bool visible = true;
   bool filtered = false;      // its hits go through the query's filter
-  bool single_sided = false;  // see Facing
+  bool single_sided = false;  // see Facing; voxels have no sides
 };
 
 // What commit() did, and what rays have made since.
@@ -55,19 +63,35 @@ struct UpdateStats {
   uint64_t triangles_updated = 0;  // of the objects that are not unchanged
   uint64_t treelets = 0;           // of present deforming objects
   uint64_t treelets_made = 0;      // of these, for the last pose, by the update or by rays
+  // Of present voxel objects; objects in the same pose share all of it:
+  uint32_t voxel_objects = 0;
+  uint32_t octrees_posed = 0;  // new poses in the last commit
+  uint64_t blocks = 0;
+  uint64_t blocks_made = 0;  // for the last pose, by rays or by who drew them
+  uint64_t cells_made = 0;   // by rays; each level of detail of a cell counts
 };
 
 // What hangs below the top tree: whole objects, or the treelets of all deforming objects and whole
 // rigid ones ("one tree"), which pays where deforming objects overlap. Treelets need their boxes in
-// every frame, so objects that no ray reaches cost a little more.
+// every frame, so objects that no ray reaches cost a little more. Voxel objects hang as wholes.
 enum class TopTree : uint8_t { objects, treelets };
+
+// The voxel that a pick has met.
+struct PickedVoxel {
+  uint32_t cell = 0;      // of the octree's
+  VoxelCode code = 0;     // in the cell
+  uint32_t level = 0;     // 0 to 3
+  uint32_t material = 0;  // index into the scene's materials
+  RestVoxel rest;         // which place in the grid it is
+};
 
 struct Pick {
   Hit hit;
-  vec3 point{0.0f};                 // in the world
-  uvec3 vertices{0};                // of the triangle
-  vec3 barycentrics{0.0f};          // their shares of the point
-  std::vector<JointWeight> joints;  // of the body's skin, the heaviest first; empty without one
+  vec3 point{0.0f};                  // in the world
+  uvec3 vertices{0};                 // of the triangle
+  vec3 barycentrics{0.0f};           // their shares of the point
+  std::optional<PickedVoxel> voxel;  // of an octree, instead of a triangle
+  std::vector<JointWeight> joints;   // of the body's skin, the heaviest first; empty without one
 };
 
 // A box of the hierarchy.
@@ -85,6 +109,8 @@ class World {
 
   // Objects of one rigid body share its tree and boxes; objects of a deforming body share the tree.
   Result<BodyId> add_body(const BodyDesc& body);
+  // Objects of one octree that are in the same pose share it, whatever their placements.
+  Result<BodyId> add_octree(const OctreeDesc& octree);
   Result<ObjectId> add_object(BodyId body, const ObjectDesc& desc = {});
   // These count from the next commit. The id of a removed object is not given again.
   void remove_object(ObjectId object);
@@ -133,6 +159,7 @@ class World {
   void all_hits(const Ray& ray, std::vector<Hit>& out, const QueryOptions& options = {}) const;
   // The closest hit, and what of the character it is.
   std::optional<Pick> pick(const Ray& ray, const QueryOptions& options = {}) const;
+  // These two look at triangles only.
   std::optional<NearestPoint> nearest_point(
       vec3 from, float max_distance = std::numeric_limits<float>::infinity(),
       uint32_t mask = 0xffffffffu) const;
@@ -145,8 +172,8 @@ class World {
   // box, at the level where it hangs in the top tree.
   std::vector<TreeBox> boxes(uint32_t level) const;
 
-  // Of all present objects, world space. Of lazy objects the box is derived, a little larger than
-  // that of their vertices.
+  // Of all present objects, world space. Of lazy and of voxel objects the box is derived, a little
+  // larger than that of their vertices or voxels.
   Box box() const;
   // The diagonal of all present objects as they were built: the same in every update mode.
   float size() const;
@@ -159,9 +186,23 @@ class World {
   vec3 position(ObjectId object, uint32_t vertex) const;
   std::array<vec3, 3> triangle(ObjectId object, uint32_t primitive) const;
 
+  // Whether the object is of an octree. It has no vertices then.
+  bool has_voxels(ObjectId object) const;
+  // Those with voxels in the frame that queries see, rising.
+  std::span<const ObjectId> voxel_objects() const;
+  // How the octree stands in the frame that queries see, for who draws it: blocks that are made
+  // there are not made again by rays, and the other way round. Making blocks must not overlap
+  // queries. None if the object is not one of these. Valid until the next commit or flip.
+  std::optional<VoxelInstance> voxel_instance(ObjectId object) const;
+  // Octrees larger than memory (svo/stream.h): to be called when details have come or gone since
+  // the last commit or flip, which do it too. Must not overlap queries.
+  void refresh_octrees() const;
+  // What a ray has met, looked up. The hit must be a voxel's, of this frame.
+  VoxelSample sample_voxel(const Hit& hit) const;
+
   Affine placement(ObjectId object) const;  // object -> world
   bool mirrored(ObjectId object) const;     // its placement turns triangles inside out
-  UpdateStats stats() const;
+  UpdateStats stats() const;                // must not overlap queries if there are voxel objects
   UpdateChoice choice(ObjectId object) const;
   std::string validate() const;  // empty text if every invariant holds
 
@@ -180,7 +221,8 @@ struct PrepareOptions {
   const TreeFile* trees = nullptr;  // from optimize_trees(); else one is built for every body
 };
 
-// Builds a world with one object a Scene::objects, in that order, and sets the clip's first time.
+// Builds a world with one object a Scene::objects, in that order, then one a Scene::voxels, and
+// sets the clip's first time.
 // Trees that are not given are built for the middle of the clip, or over five of its frames where
 // that one would get much dearer. The scene must outlive the world;
 // `trees` need not. Errors also: trees that do not fit (check_trees()).

@@ -14,6 +14,8 @@
 #include "sinew/bvh/visit.h"
 #include "sinew/bvh/wide.h"
 #include "sinew/motion/clusters.h"
+#include "sinew/svo/leaves.h"
+#include "sinew/svo/posed.h"
 #include "sinew/world/world.h"
 
 namespace sinew {
@@ -25,8 +27,15 @@ struct BodyTree {
   ClusterBounds clusters;  // one a treelet, if boxes can be derived
 };
 
+// An octree as rays see it.
+struct OctreeBody {
+  SvoMotion motion;
+  SvoLeafLayout layout;
+};
+
 // What stays the same while things move.
 struct Body {
+  std::unique_ptr<OctreeBody> octree;  // of octrees, instead of triangles, motion and trees
   std::span<const uvec3> triangles;
   Motion motion;
   std::vector<BodyTree> trees;  // at least one
@@ -46,6 +55,26 @@ struct Object {
   bool fresh = false;     // the pose counts from the next commit
   uint32_t version = 0;   // of the pose; 0: none yet
   UpdateHistory history;  // of mode `automatic`
+};
+
+// An octree in a pose: what the objects of a frame share that look the same but for where they
+// stand. Memory is touched only where somebody looks.
+struct PosedOctree {
+  BodyId body = 0;
+  uint32_t users = 0;  // objects; what has none is kept for the next pose
+  uint64_t hash = 0;   // of the pose
+  std::vector<Affine> joints;
+  std::vector<float> weights;
+  Pose pose;  // views of these
+  PosedSvo svo;
+  SvoLeaves leaves;
+  uint64_t paging_epoch = 0;  // of the details that are there, if they come and go
+};
+inline constexpr uint32_t kNoOctree = 0xffffffffu;
+
+// Which poses there are, by their hashes.
+struct OctreeTable {
+  std::vector<uint32_t> slots;  // indices of posed octrees, kNoOctree: free; a power of two of them
 };
 
 // An object in one frame.
@@ -73,6 +102,11 @@ struct PosedObject {
   VisitedBody visited;
   WorkTime work;  // of the update
   WayUp way;      // of objects that were updated in part
+
+  // Of octrees:
+  uint32_t octree = kNoOctree;       // of the frame's; none of what is absent
+  uint32_t last_octree = kNoOctree;  // that it had before the update
+  uint64_t pose_hash = 0;
 };
 
 inline const BodyTree& tree_of(const Body& body, const PosedObject& posed) {
@@ -83,8 +117,13 @@ inline const BodyTree& tree_of(const Body& body, const PosedObject& posed) {
 // other.
 struct WorldFrame {
   std::deque<PosedObject> objects;  // does not move what is in it
+  std::deque<PosedOctree> octrees;  // nor does this
+  OctreeTable octree_table;
+  std::vector<ObjectId> unposed;  // scratch: objects in poses that are new
+  std::vector<uint32_t> to_pose;  // scratch: their octrees
   std::vector<Instance> instances;
-  std::vector<Box> boxes;  // one a leaf of the top tree
+  std::vector<ObjectId> voxels;  // that the instances show
+  std::vector<Box> boxes;        // one a leaf of the top tree
   std::vector<TopLeaf> leaves;
   std::vector<Node8> top;
   TopScratch top_scratch;
@@ -125,6 +164,10 @@ struct World::Impl {
 
   void update(uint32_t frame);
   void update_object(WorldFrame& frame, const WorldFrame& other, ObjectId id);
+  const Pose& next_pose(const WorldFrame& other, ObjectId id) const;
+  void find_octrees(WorldFrame& frame, const WorldFrame& other);
+  void pose_octrees(WorldFrame& frame, const WorldFrame& other);
+  void refresh_octrees(WorldFrame& frame);
   void update_shape(const Body& body, PosedObject& posed);
   void update_part(const Body& body, const Pose& pose, PosedObject& posed);
   std::optional<UpdateOutcome> outcome(const Body& body, const PosedObject& last) const;
@@ -132,6 +175,7 @@ struct World::Impl {
   void count_made(WorldFrame& frame) const;
   void count_updates(WorldFrame& frame) const;
   void build_top_tree(WorldFrame& frame);
+  void add_treelets(uint32_t instance, const Body& body, PosedObject& posed, WorldFrame& frame);
   Result<void> pose_at(World& world, WorldFrame& frame, double seconds);
 };
 

@@ -10,6 +10,7 @@
 #include "sinew/io/load.h"
 #include "sinew/io/save.h"
 #include "sinew/scene/sample.h"
+#include "sinew/svo/stream.h"
 #include "svo/test_octrees.h"
 
 namespace sinew {
@@ -251,6 +252,72 @@ TEST(Svo, RespectsTheMemoryLimit) {
   EXPECT_EQ(result.error().kind, ErrorKind::bad_input);
   EXPECT_NE(result.error().message().find("allowed"), std::string::npos)
       << result.error().message();
+}
+
+// With --voxel-memory: the same scene, whose octrees come when they are asked for.
+TEST(Svo, ComesByBlocks) {
+  const TemporaryFolder folder;
+  const Scene scene = voxel_scene();
+  saved(scene, folder.path("a.svo"));
+  const Result<Scene> whole = load(folder.path("a.svo"));
+  ASSERT_TRUE(whole);
+  Result<Scene> paged = load(folder.path("a.svo"), {.voxel_memory = uint64_t{1} << 28});
+  ASSERT_TRUE(paged) << paged.error().message();
+  EXPECT_EQ(validate(*paged), "");
+  ASSERT_EQ(paged->octrees.size(), 2u);
+  EXPECT_EQ(paged->nodes.size(), whole->nodes.size());
+  for (size_t i = 0; i < 2; ++i) {
+    const Svo& svo = paged->octrees[i];
+    ASSERT_TRUE(svo.paging);
+    for (uint32_t b = 0; b < svo.block_count(); ++b) svo.paging->request(b, 1.0f);
+    svo.paging->settle();
+    EXPECT_TRUE(is_same(svo, whole->octrees[i]));
+  }
+}
+
+TEST(Svo, TooLittleVoxelMemoryIsRefused) {
+  const TemporaryFolder folder;
+  saved(voxel_scene(), folder.path("a.svo"));
+  const Result<Scene> result = load(folder.path("a.svo"), {.voxel_memory = 1000});
+  ASSERT_FALSE(result);
+  EXPECT_EQ(result.error().kind, ErrorKind::bad_input);
+  EXPECT_NE(result.error().message().find("at least"), std::string::npos);
+  // The remedy's number works.
+  const std::string& text = result.error().remedy;
+  const size_t at = text.find("--voxel-memory ");
+  ASSERT_NE(at, std::string::npos) << text;
+  EXPECT_TRUE(load(folder.path("a.svo"), {.voxel_memory = std::stoull(text.substr(at + 15))}));
+}
+
+TEST(Svo, EveryTruncationIsRefusedByBlocksToo) {
+  const TemporaryFolder folder;
+  Scene scene;
+  scene.octrees = {test::plain_octree(3, 4, 1, 1)};
+  scene.materials.resize(1);
+  scene.nodes.resize(1);
+  scene.nodes[0].octree = 0;
+  list_objects(scene);
+  saved(scene, folder.path("a.svo"));
+  const std::string bytes = slurp(folder.path("a.svo"));
+  for_every_truncation(bytes, [&](const std::string& text) {
+    const std::string path = folder.write("cut.svo", text);
+    const Result<Scene> result = load(path, {.voxel_memory = uint64_t{1} << 28});
+    ASSERT_FALSE(result);
+    EXPECT_EQ(result.error().kind, ErrorKind::bad_input);
+    EXPECT_EQ(result.error().file, path);
+  });
+}
+
+TEST(Svo, OldVersionsAreNamed) {
+  const TemporaryFolder folder;
+  saved(voxel_scene(), folder.path("a.svo"));
+  std::string bytes = slurp(folder.path("a.svo"));
+  bytes[8] = 1;
+  for (const uint64_t memory : {uint64_t{0}, uint64_t{1} << 28}) {
+    const Result<Scene> result = load(folder.write("old.svo", bytes), {.voxel_memory = memory});
+    ASSERT_FALSE(result);
+    EXPECT_NE(result.error().problem.find("version 1"), std::string::npos);
+  }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "sinew/math/random.h"
 #include "sinew/scene/study.h"
 #include "sinew/world/world.h"
+#include "world/voxel_worlds.h"
 
 namespace sinew {
 namespace {
@@ -59,6 +60,46 @@ TEST(Allocation, FramesLikeTheOnesBeforeNeedNone) {
       }
     }
   }
+}
+
+// Objects that take turns in sharing poses.
+TEST(Allocation, FramesOfVoxelObjectsNeedNone) {
+  const Svo svo = test::moving_octree(70, 1500, 6);
+  World world;
+  const BodyId body = *world.add_octree({&svo});
+  std::vector<test::OwnPose> poses;
+  for (uint32_t i = 0; i < 12; ++i) poses.push_back(test::moving_pose(i));
+  for (int i = 0; i < 4; ++i) ASSERT_TRUE(world.add_object(body));
+  const auto pose = [&](uint32_t frame) {
+    bool fit = true;
+    for (uint32_t i = 0; i < 4; ++i) {
+      test::OwnPose& own = poses[(frame + i * (frame % 3)) % poses.size()];
+      own.placement[3].x = 3.0f * static_cast<float>(i);
+      fit &= world.set_pose(i, own.pose()).has_value();
+    }
+    return fit;
+  };
+  ASSERT_TRUE(pose(0));
+  world.commit();
+  Queries queries(world.box());
+  int counts[3];
+  for (int& count : counts) {
+    count = 0;
+    for (uint32_t frame = 0; frame < 12; ++frame) {
+      test::start_counting();
+      bool fit = pose(frame);
+      world.commit();
+      queries.ask(world);
+      fit &= pose(frame + 1);
+      world.stage();
+      world.flip();
+      queries.ask(world);
+      count += test::stop_counting();
+      ASSERT_TRUE(fit);
+    }
+  }
+  EXPECT_GT(counts[0], 0);
+  EXPECT_EQ(counts[2], 0);
 }
 
 }  // namespace

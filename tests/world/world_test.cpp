@@ -228,8 +228,7 @@ TEST(World, ATriangleIsHitThroughATinyInstanceFarAway) {
   EXPECT_EQ(missed, 0);
 }
 
-// Voxels are not the World's; a scene of nothing else makes a world that nothing hits.
-TEST(World, ScenesWithoutTrianglesAreEmptyWorlds) {
+TEST(World, ScenesMayHoldVoxelsAlone) {
   Scene scene;
   scene.materials.resize(1);
   scene.octrees = {test::plain_octree(20, 100, 1, 2)};
@@ -248,8 +247,11 @@ TEST(World, ScenesWithoutTrianglesAreEmptyWorlds) {
   ASSERT_EQ(world->pose().voxels.size(), 1u);
   EXPECT_EQ(world->pose().voxels[0].placement[3].x, 0.5f);
   const Box box = animation_bounds(scene, 0, 2);
-  EXPECT_FALSE(
-      world->closest_hit({.origin = box.center() - vec3(0, 0, 99), .direction = vec3(0, 0, 1)}));
+  const auto hit =
+      world->closest_hit({.origin = box.center() - vec3(0, 0, 99), .direction = vec3(0, 0, 1)});
+  ASSERT_TRUE(hit);
+  EXPECT_EQ(hit->object, 0u);
+  EXPECT_TRUE(world->has_voxels(0));
 }
 
 }  // namespace
