@@ -15,6 +15,7 @@
 #include "bench/trace.h"
 #include "bench/tsah_command.h"
 #include "bench/update.h"
+#include "bench/voxtrace_command.h"
 #include "sinew/io/output_file.h"
 
 namespace sinew::app {
@@ -127,7 +128,9 @@ Run define_bench(CLI::App& command) {
   const TsahCommand tsah = define_tsah(command);
   const AsvoCommand asvo = define_asvo(command);
   const StreamCommand stream = define_stream(command);
-  return [options, larsson, bounds, tsah, asvo, stream] {
+  const VoxtraceCommand voxtrace = define_voxtrace(command);
+  return [options, larsson, bounds, tsah, asvo, stream, voxtrace] {
+    if (voxtrace.parsed()) return voxtrace.run();
     if (stream.parsed()) return stream.run();
     if (asvo.parsed()) return asvo.run();
     if (tsah.parsed()) return tsah.run();

@@ -54,6 +54,10 @@ constexpr std::array kFigures = {
     FigureInfo{"flight_psnr", "dB", true, 35.0, 35.0},
     FigureInfo{"settled", "1", true, 1.0, 1.0},
     FigureInfo{"bytes_4096", "byte", false, 3.0, 5.0},
+    FigureInfo{"animated_over_static", "1", true, 0.7, 0.5},
+    FigureInfo{"octree_over_bvh", "1", true, 0.7, 0.4},
+    FigureInfo{"traced_far_pixels", "pixel", false, 0.0, kNone},
+    FigureInfo{"traced_psnr", "dB", true, kNone, kNone},
     FigureInfo{"bytes_smaller", "byte", false, kNone, kNone},
 };
 

@@ -23,7 +23,7 @@ inline double to_linear(double s) {
 // one threshold lies within it.
 struct Encoder {
   static constexpr int kCells = 4096;
-  std::array<uint8_t, kCells + 1> low{};  // code at the cell's lower end
+  std::array<int32_t, kCells + 1> low{};  // code at the cell's lower end
   std::array<float, 257> threshold{};     // least linear value of each code
 
   Encoder() {
@@ -34,10 +34,15 @@ struct Encoder {
     size_t code = 0;
     for (size_t i = 0; i <= kCells; ++i) {
       while (threshold[code + 1] <= static_cast<float>(i) / kCells) ++code;
-      low[i] = static_cast<uint8_t>(code);
+      low[i] = static_cast<int32_t>(code);
     }
   }
 };
+
+inline const Encoder& encoder() {
+  static const Encoder encoder;
+  return encoder;
+}
 
 inline std::array<float, 256> decoder() {
   std::array<float, 256> table{};
@@ -57,10 +62,11 @@ inline const std::array<float, 256>& srgb_codes_to_linear() {
 
 // The nearest 8-bit code of a linear value, which is clamped to 0..1.
 inline uint8_t linear_to_srgb_code(float linear) {
-  static const srgb_detail::Encoder encoder;
+  const srgb_detail::Encoder& encoder = srgb_detail::encoder();
   const float x = std::clamp(linear, 0.0f, 1.0f);
-  const uint8_t code = encoder.low[static_cast<size_t>(x * encoder.kCells)];
-  return static_cast<uint8_t>(code + (x >= encoder.threshold[code + 1u] ? 1 : 0));
+  const int32_t code = encoder.low[static_cast<size_t>(x * encoder.kCells)];
+  return static_cast<uint8_t>(code +
+                              (x >= encoder.threshold[static_cast<size_t>(code) + 1] ? 1 : 0));
 }
 
 }  // namespace sinew

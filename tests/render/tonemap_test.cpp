@@ -1,7 +1,10 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
+#include <random>
 
 #include "sinew/math/srgb.h"
 #include "sinew/render/frame.h"
@@ -13,6 +16,53 @@ Image8 show(const std::vector<vec4>& pixels, float exposure = 0.0f) {
   Image8 out;
   tonemap({static_cast<uint32_t>(pixels.size()), 1, pixels}, exposure, out);
   return out;
+}
+
+// One pixel, plainly.
+struct PlainPixel {
+  uint8_t code[4];
+};
+
+PlainPixel show_plainly(const vec4& pixel, float exposure) {
+  const auto tame = [](float x) { return std::isnan(x) ? 0.0f : std::clamp(x, 0.0f, 1e30f); };
+  const float alpha = std::clamp(tame(pixel.w), 0.0f, 1.0f);
+  const float scale = std::exp2(exposure) / (alpha > 0.0f ? alpha : 1.0f);
+  vec3 color(tame(pixel.x * scale), tame(pixel.y * scale), tame(pixel.z * scale));
+  const float peak = std::max({color.x, color.y, color.z});
+  if (peak > 0.6f) {
+    const float new_peak = 1.0f - 0.4f * 0.4f / (peak + 0.4f - 0.6f);
+    const float keep = 1.0f / (0.15f * (peak - new_peak) + 1.0f);
+    color = mix(vec3(new_peak), color * (new_peak / peak), keep);
+  }
+  PlainPixel out{};
+  for (int c = 0; c < 3; ++c) out.code[c] = linear_to_srgb_code(color[c]);
+  out.code[3] = static_cast<uint8_t>(alpha * 255.0f + 0.5f);
+  return out;
+}
+
+TEST(Tonemap, IsAsPixelByPixel) {
+  constexpr uint32_t kSeed = 20261123;
+  SCOPED_TRACE(kSeed);
+  std::mt19937 random(kSeed);
+  std::uniform_real_distribution<float> stops(-14.0f, 8.0f), alpha(-0.2f, 1.2f);
+  for (const size_t count : {1, 2, 3, 5, 7, 15, 17, 31, 33, 20011}) {
+    std::vector<vec4> pixels(count);
+    for (vec4& p : pixels) {
+      for (int c = 0; c < 3; ++c) p[c] = std::exp2(stops(random));
+      p.w = alpha(random);
+    }
+    const Image8 out = show(pixels, 0.5f);
+    size_t off = 0;
+    for (size_t i = 0; i < count; ++i) {
+      const PlainPixel plain = show_plainly(pixels[i], 0.5f);
+      for (size_t c = 0; c < 4; ++c) {
+        const int step = std::abs(out.pixels[4 * i + c] - plain.code[c]);
+        EXPECT_LE(step, 1) << "pixel " << i << " of " << count;
+        if (step != 0) ++off;
+      }
+    }
+    EXPECT_LE(off, count / 1000);
+  }
 }
 
 TEST(Tonemap, EveryCodeSurvivesBelowTheShoulder) {
