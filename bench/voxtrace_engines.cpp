@@ -51,7 +51,6 @@ uint64_t resident_bytes() {
 Result<VoxtraceWorlds> VoxtraceWorlds::open(const AsvoBody& body) {
   VoxtraceWorlds out(body);
   for (const VoxtraceEngine engine : kVoxtraceEngines) {
-    const uint64_t before = resident_bytes();
     if (engine == VoxtraceEngine::anew) {
       SINEW_CHECKED(out.voxelise_anew(0.0));
     } else {
@@ -59,8 +58,6 @@ Result<VoxtraceWorlds> VoxtraceWorlds::open(const AsvoBody& body) {
       SINEW_TRY(World world, prepare(triangles ? body.triangles : body.voxels));
       out.worlds_[size_t(engine)] = std::make_unique<World>(std::move(world));
     }
-    const uint64_t after = resident_bytes();
-    out.bytes_[size_t(engine)] = after - std::min(before, after);
   }
   return out;
 }

@@ -26,8 +26,6 @@ class VoxtraceWorlds {
   // same size where the surface is now.
   Result<void> set_pose(VoxtraceEngine engine, double u);
   const World& world(VoxtraceEngine engine) const { return *worlds_[size_t(engine)]; }
-  // By how much the process grew while the world was made.
-  uint64_t bytes(VoxtraceEngine engine) const { return bytes_[size_t(engine)]; }
   const Svo& anew() const { return *anew_; }
 
  private:
@@ -37,7 +35,6 @@ class VoxtraceWorlds {
   const AsvoBody* body_;
   std::unique_ptr<Svo> anew_;  // outlives its world
   std::array<std::unique_ptr<World>, 3> worlds_;
-  std::array<uint64_t, 3> bytes_{};
 };
 
 // Bytes of memory that the process holds.

@@ -101,11 +101,11 @@ Beyond beyond(const std::vector<uint8_t>& a, const std::vector<uint8_t>& b, int 
   return out;
 }
 
-// In dB, over the pixels of either; 99 if they are equal.
-double psnr(const Shown& a, const Shown& b) {
+// In dB, over the pixels that both cover, or that either does; 99 if they are equal.
+double psnr(const Shown& a, const Shown& b, bool both) {
   double sum = 0.0, count = 0.0;
   for (size_t i = 0; i < a.mask.size(); ++i) {
-    if (!a.mask[i] && !b.mask[i]) continue;
+    if (both ? !(a.mask[i] && b.mask[i]) : !(a.mask[i] || b.mask[i])) continue;
     for (size_t c = 0; c < 3; ++c) {
       const double d = double(a.picture.pixels[4 * i + c]) - double(b.picture.pixels[4 * i + c]);
       sum += d * d;
@@ -135,11 +135,15 @@ void compare_pictures(const VoxtraceWorlds& worlds, const CameraView& camera, do
   const Painter triangles(worlds.world(VoxtraceEngine::triangles), camera, options.size);
   const Shown fine = animated.traced(false), plain = animated.rasterised(false);
   json row = row_of("traced, rasterised: finest voxels", u, fine, plain, options.size);
-  row["psnr"] = psnr(fine, plain);
+  row["level"] = "finest";
+  row["psnr"] = psnr(fine, plain, false);
+  row["psnr_inside"] = psnr(fine, plain, true);
   rows.push_back(std::move(row));
   const Shown coarse = animated.traced(true), coarse_plain = animated.rasterised(true);
   row = row_of("traced, rasterised: levels by pixel", u, coarse, coarse_plain, options.size);
-  row["psnr"] = psnr(coarse, coarse_plain);
+  row["level"] = "by pixel";
+  row["psnr"] = psnr(coarse, coarse_plain, false);
+  row["psnr_inside"] = psnr(coarse, coarse_plain, true);
   rows.push_back(std::move(row));
   rows.push_back(row_of("traced, triangles", u, fine, triangles.traced(false), options.size));
 }
