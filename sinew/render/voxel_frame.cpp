@@ -281,7 +281,8 @@ void VoxelFrame::resolve(const VoxelSample& voxel, const Ray& ray, const RayCone
                          Surface& out) const {
   const vec3 direction = normalize(ray.direction);
   resolve_voxel(voxel, std::sqrt(3.0f) * voxel.size, materials_[voxel.material], -direction, out);
-  out.width = cone.width + cone.spread * std::max(dot(voxel.position - ray.origin, direction), 0.0f);
+  out.width =
+      cone.width + cone.spread * std::max(dot(voxel.position - ray.origin, direction), 0.0f);
 }
 
 void VoxelFrame::resolve(size_t pixel, const Ray& ray, const RayCone& cone, Surface& out) const {

@@ -8,14 +8,14 @@ namespace {
 
 // Microseconds of one core, measured on study bodies (see docs/voxels.md).
 constexpr double kRasterObject = 3.0;
-constexpr double kRasterBlock = 2.0;   // posed and listed
+constexpr double kRasterBlock = 2.0;  // posed and listed
 constexpr double kRasterCell = 0.02;
 constexpr double kRasterVoxel = 0.004;
-constexpr double kTracedRay = 0.08;    // that comes near the object
-constexpr double kTracedHit = 0.25;    // more, if it meets it
-constexpr double kTracedCell = 1.0;    // made for the rays that reach it
-constexpr double kFilled = 0.4;        // share of its box on the screen that a body covers
-constexpr double kFront = 0.4;         // share of its cells that rays reach
+constexpr double kTracedRay = 0.08;  // that comes near the object
+constexpr double kTracedHit = 0.25;  // more, if it meets it
+constexpr double kTracedCell = 1.0;  // made for the rays that reach it
+constexpr double kFilled = 0.4;      // share of its box on the screen that a body covers
+constexpr double kFront = 0.4;       // share of its cells that rays reach
 
 double plane(vec4 row, vec3 p) {
   return row.x * p.x + row.y * p.y + row.z * p.z + row.w;

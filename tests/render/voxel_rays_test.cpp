@@ -292,8 +292,7 @@ TEST(VoxelPrimary, TheCheaperIsChosen) {
   bodies.set_pose(s.scene, pose);
   const VoxelInstance& object = bodies.instances()[0];
   const auto view = [](float distance) {
-    const CameraView camera =
-        look_at(vec3(0, 0, distance), vec3(0.0f), vec3(0, 1, 0), 0.6f);
+    const CameraView camera = look_at(vec3(0, 0, distance), vec3(0.0f), vec3(0, 1, 0), 0.6f);
     return camera_raster_view(camera, 256, 256);
   };
   VoxelSettings settings;
