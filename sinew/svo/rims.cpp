@@ -9,7 +9,7 @@
 namespace sinew {
 namespace {
 
-constexpr float kSharp = 0.0f;  // cosine of the angle between normals
+constexpr float kSharp = 0.25f;  // cosine of the angle between normals
 
 // A triangle's edge, listed with its lower vertex.
 struct Edge {
