@@ -75,8 +75,8 @@ void store_voxel(const Pass& pass, size_t pixel) {
     voxels.resolve(pixel, ray, pass.cone(), surface);
   }
   if (pass.choice.object) pass.out.object[pixel] = surface.hit.object;
-  if (pass.choice.primitive) pass.out.primitive[pixel] = hit ? hit.primitive >> 10
-                                                             : surface.hit.primitive;
+  if (pass.choice.primitive)
+    pass.out.primitive[pixel] = hit ? hit.primitive >> 10 : surface.hit.primitive;
   if (pass.choice.depth) {
     pass.out.depth[pixel] =
         dot(surface.position - pass.camera.to_world[3], -pass.camera.to_world[2]);
@@ -145,8 +145,9 @@ void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
   scratch.voxels.choose(camera, width, height, 1, !scene.objects.empty());
   if (scratch.voxels.rasters()) scratch.voxels.draw(camera, width, height, 1, vec2(0.5f));
 
-  const Pass pass{world,   scene, camera, CameraRays(camera, width, height), choice,
-                  scratch, out,   needs_filter(scene), voxels.lod};
+  const Pass pass{world,     scene,   camera, CameraRays(camera, width, height),
+                  choice,    scratch, out,    needs_filter(scene),
+                  voxels.lod};
   parallel_for(pixels, kRaysPerChunk, [&](size_t begin, size_t end) {
     trace(pass, begin, end);
     store_hits(pass, begin, end);

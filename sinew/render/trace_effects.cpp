@@ -35,10 +35,12 @@ bool is_lit(const Surface& surface) {
 }
 
 // Voxels' level of detail. Rays from surfaces see finer ones than the surface itself shows, so that
-// they begin clear of their neighbours; their level rises slowly, because what is coarse sticks out.
+// they begin clear of their neighbours; their level rises slowly, because what is coarse sticks
+// out.
 constexpr float kFiner = 0.5f;
 constexpr float kAmbientSpread = 0.03f;
-constexpr float kWithin = 1.05f;  // how far beyond the start of its rays a voxel looks for triangles
+constexpr float kWithin =
+    1.05f;  // how far beyond the start of its rays a voxel looks for triangles
 
 // Rays of the camera end at the voxel that is drawn in front.
 void end_at_voxels(const FrameContext& frame, Wave& wave, size_t begin, size_t end) {

@@ -100,7 +100,7 @@ class VoxelFrame {
   const Scene* scene_ = nullptr;
   const World* world_ = nullptr;  // null: the octrees are posed here
   VoxelBodies bodies_;
-  std::vector<VoxelInstance> drawn_;    // by the rasteriser
+  std::vector<VoxelInstance> drawn_;     // by the rasteriser
   std::vector<uint32_t> drawn_objects_;  // one a drawn instance
   std::vector<uint8_t> hidden_drawn_, hidden_all_;
   std::vector<uint8_t> traced_;  // one an instance

@@ -31,13 +31,13 @@ struct VoxelSettings {
 };
 
 struct VoxelStats {
-  uint32_t objects = 0;  // present
-  uint32_t traced = 0;   // of these: found by camera rays; the rest by the rasteriser
+  uint32_t objects = 0;      // present
+  uint32_t traced = 0;       // of these: found by camera rays; the rest by the rasteriser
   bool shadow_maps = false;  // were drawn; else rays find shadows, if any
-  uint32_t passes = 0;   // over the picture
-  RasterStats camera;    // of the last pass
-  RasterStats shadows;   // of all maps
-  double pose_ms = 0.0;  // objects to their poses; blocks are posed while they are drawn
+  uint32_t passes = 0;       // over the picture
+  RasterStats camera;        // of the last pass
+  RasterStats shadows;       // of all maps
+  double pose_ms = 0.0;      // objects to their poses; blocks are posed while they are drawn
   double shadow_ms = 0.0;
   double draw_ms = 0.0;   // of all passes
   double shade_ms = 0.0;  // of passes that shade_pass() shades

@@ -97,9 +97,9 @@ void sample_cell(const VoxelInstance& body, uint32_t c, VoxelSample& out) {
   out.size = static_cast<float>(place.side) * svo.grid.voxel * scale_of(body.placement);
   const VoxelAttributes a = voxel_attributes(svo, svo.blocks[b], cell, out.code);
   set_attributes(a, cofactor(body.placement) * map_normals(cell, posed, local), out);
-  out.clearance = clearance_of(body, cell, posed, local,
-                               static_cast<float>(place.side) / static_cast<float>(kCellSide),
-                               out.normal);
+  out.clearance =
+      clearance_of(body, cell, posed, local,
+                   static_cast<float>(place.side) / static_cast<float>(kCellSide), out.normal);
 }
 
 // Nodes are drawn where they are at most a pixel: their normals are carried by the placement alone.

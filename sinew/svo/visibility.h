@@ -74,13 +74,13 @@ struct VoxelSample {
   uint32_t instance = 0;
   uint32_t unit = 0;  // within the instance
   VoxelCode code = 0;
-  uint32_t level = 0;     // 0: a voxel
-  uint32_t material = 0;  // of a node: of its first cell
-  vec3 position{0.0f};    // world: the middle of the drawn voxel
-  float size = 0.0f;      // world: side of the voxel at rest times the scale of the placement
-  vec3 normal{0.0f};      // world, unit, outside of the surface
-  vec3 color{0.0f};       // linear
-  float spread = 1.0f;    // length of the mean normal
+  uint32_t level = 0;      // 0: a voxel
+  uint32_t material = 0;   // of a node: of its first cell
+  vec3 position{0.0f};     // world: the middle of the drawn voxel
+  float size = 0.0f;       // world: side of the voxel at rest times the scale of the placement
+  vec3 normal{0.0f};       // world, unit, outside of the surface
+  vec3 color{0.0f};        // linear
+  float spread = 1.0f;     // length of the mean normal
   float clearance = 0.0f;  // world: how far from `position`, along the normal, a ray must start to
                            // be clear of the boxes of this voxel and its neighbours on a plane
 };

@@ -14,9 +14,9 @@
 namespace sinew {
 namespace {
 
+using test::mean_difference;
 using test::TestScene;
 using test::VoxelScene;
-using test::mean_difference;
 
 // The light of one kind alone, on balls that only shade themselves.
 float least_lit_share(LightType type, float least_cosine, uint32_t map) {
