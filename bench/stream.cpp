@@ -11,6 +11,7 @@
 #include "bench/asvo_body.h"
 #include "bench/figures.h"
 #include "bench/measure.h"
+#include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/image_file.h"
 #include "sinew/io/load.h"
@@ -97,8 +98,9 @@ class Stage {
   double draw(const CameraView& camera, double u) {
     return milliseconds([&] {
       const double end = scene_->clips.empty() ? 0.0 : scene_->clips[0].end;
-      sample(*scene_, scene_->clips.empty() ? kRestPose : 0, u * end, pose_);
-      render_frame(world_, *scene_, pose_, camera, settings_, *scratch_, radiance_);
+      const Result<void> set = world_.set_time(u * end);
+      SINEW_CHECK(set.has_value());
+      render_frame(world_, *scene_, world_.pose(), camera, settings_, *scratch_, radiance_);
       tonemap(radiance_, 0.0f, picture_);
     });
   }
@@ -127,7 +129,6 @@ class Stage {
 
   std::unique_ptr<Scene> scene_;
   World world_;
-  ScenePose pose_;
   RenderSettings settings_;
   RenderScratchPtr scratch_ = make_render_scratch();
   Image radiance_;

@@ -281,8 +281,14 @@ void VoxelFrame::resolve(const VoxelSample& voxel, const Ray& ray, const RayCone
                          Surface& out) const {
   const vec3 direction = normalize(ray.direction);
   resolve_voxel(voxel, std::sqrt(3.0f) * voxel.size, materials_[voxel.material], -direction, out);
-  out.width =
-      cone.width + cone.spread * std::max(dot(voxel.position - ray.origin, direction), 0.0f);
+  const float distance = std::max(dot(voxel.position - ray.origin, direction), 0.0f);
+  out.width = cone.width + cone.spread * distance;
+  if (!out.from_behind) return;
+  // What is seen from behind sticks out beyond a silhouette, or is an open sheet. Along its normal
+  // there may be anything, but this ray came through.
+  out.position = out.lifted = ray.origin + distance * direction;
+  out.geometric_normal = -direction;
+  out.footprint = out.voxel;
 }
 
 void VoxelFrame::resolve(size_t pixel, const Ray& ray, const RayCone& cone, Surface& out) const {

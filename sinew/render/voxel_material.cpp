@@ -79,7 +79,9 @@ void resolve_voxel(const VoxelSample& voxel, float diagonal, const VoxelMaterial
     normal = normalize(normal + (std::max(-cosine, kProfile) - cosine) * view);
   }
   out.position = out.lifted = voxel.position;
-  out.normal = out.geometric_normal = normal;
+  out.normal = normal;
+  out.geometric_normal = normal;
+  out.from_behind = side < 0.0f;
   out.voxel = diagonal;
   out.footprint = voxel.clearance > 0.0f ? voxel.clearance : diagonal;
   out.unlit = material.unlit > 0.0f;
