@@ -182,6 +182,26 @@ Result<std::optional<TreeFile>> trees_of(const RenderJob& job, const Scene& scen
   return std::move(made.trees);
 }
 
+// Says what came and went, and what could not be shown.
+void report_paging(const RenderJob& job, const Scene& scene, RenderReport& report) {
+  if (job.load.voxel_memory == 0 || scene.octrees.empty()) return;
+  report.paging = paging_stats(scene.octrees);
+  const PagingStats& stats = *report.paging;
+  const auto warn = [&](std::string text) {
+    report.warnings.push_back(std::move(text));
+    print_warnings({report.warnings.back()});
+  };
+  if (stats.damaged > 0) {
+    warn(fmt::format("{} of {} blocks of voxels could not be read and are drawn coarsely: {}",
+                     stats.damaged, stats.blocks, stats.problem));
+  }
+  if (stats.missing > 0) {
+    warn(fmt::format("--voxel-memory does not hold all that is seen: {} blocks of voxels are drawn "
+                     "coarsely in the last frame",
+                     stats.missing));
+  }
+}
+
 Result<void> draw_scene(const RenderJob& job, const Scene& scene, int clip,
                         const std::vector<Shot>& shots, RenderReport& report) {
   const RenderSettings& settings = job.settings;
@@ -198,6 +218,7 @@ Result<void> draw_scene(const RenderJob& job, const Scene& scene, int clip,
                     stage.absent));
     print_warnings({report.warnings.back()});
   }
+  report_paging(job, scene, report);
   return {};
 }
 

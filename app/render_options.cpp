@@ -34,7 +34,7 @@ constexpr const char* kExamples =
 // What the command line holds as text, until it is read.
 struct Flags {
   RenderJob job;
-  std::string output, format, frames, size = "800x600", camera, background, memory, mode, skinning,
+  std::string output, format, frames, size = "800x600", camera, background, memory, voxel_memory, mode, skinning,
                                       update;
   std::string view = "shaded", layers;
   std::optional<float> quality;
@@ -212,6 +212,10 @@ void add_engine_options(CLI::App& app, Flags& flags) {
       ->check(whole_number_in(0, 4096))
       ->group(kGroup);
   app.add_option("--memory-limit", flags.memory, "2G, 512M ... (default: 8G)")->group(kGroup);
+  app.add_option("--voxel-memory", flags.voxel_memory,
+                 "256M, 1G ...: so much for the octrees of a .svo, whose detail comes from the file "
+                 "as it is seen (default: all is read at once)")
+      ->group(kGroup);
   app.add_flag("--strict", flags.job.load.strict,
                "Fail if the file holds something that is not supported")
       ->group(kGroup);
@@ -379,6 +383,12 @@ Result<RenderJob> read(const Flags& flags) {
   }
   if (!flags.memory.empty()) {
     SINEW_TRY(job.load.memory_limit, parse_bytes(flags.memory));
+  }
+  if (!flags.voxel_memory.empty()) {
+    SINEW_TRY(job.load.voxel_memory, parse_bytes(flags.voxel_memory, "--voxel-memory"));
+    if (job.settings.voxels.skinning != VoxelSkinning::lattice) {
+      return usage("--voxel-memory goes with the lattice only", "leave --voxel-skinning out");
+    }
   }
   SINEW_TRY(job.view, parse_view(flags.view));
   // What a lazy update leaves open would show.

@@ -44,6 +44,16 @@ double mrays_per_s(const FrameStats& stats) {
   return static_cast<double>(stats.rays.total()) / stats.trace_ms * 1e-3;
 }
 
+static Json paging_json(const PagingStats& stats) {
+  return {{"budget", stats.budget},       {"least", stats.least},
+          {"skeleton", stats.skeleton},   {"detail", stats.detail},
+          {"most", stats.most},           {"blocks", stats.blocks},
+          {"resident", stats.resident},   {"missing", stats.missing},
+          {"loaded", stats.loaded},       {"evicted", stats.evicted},
+          {"damaged", stats.damaged},     {"bytes_read", stats.bytes_read},
+          {"read_ms", stats.read_ms}};
+}
+
 static Json update_json(const UpdateStats& stats) {
   return {{"unchanged", stats.unchanged},
           {"full", stats.full},
@@ -93,6 +103,7 @@ std::string to_json(const RenderReport& report) {
       {"warnings", report.warnings},
       {"frames", frames},
   };
+  if (report.paging) document["paging"] = paging_json(*report.paging);
   return json_text(document);
 }
 

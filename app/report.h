@@ -1,6 +1,7 @@
 // The statistics of a render as JSON: a header, and one entry a frame.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "app/frames.h"
 #include "app/view_choice.h"
 #include "sinew/render/frame.h"
+#include "sinew/svo/stream.h"
 
 namespace sinew::app {
 
@@ -27,6 +29,7 @@ struct RenderReport {
   int threads = 0;
   uint64_t triangles = 0;
   uint64_t voxels = 0;  // of all voxel objects
+  std::optional<PagingStats> paging;  // if detail of octrees comes and goes
   RenderSettings settings;
   std::vector<std::string> warnings;
   std::vector<FrameRecord> frames;

@@ -7,6 +7,7 @@
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/render/voxel_opponents.h"
+#include "sinew/svo/stream.h"
 
 namespace sinew {
 namespace {
@@ -130,6 +131,7 @@ VoxelFrame::VoxelFrame() = default;
 VoxelFrame::~VoxelFrame() = default;
 
 void VoxelFrame::bind(const Scene& scene, const TextureTable& textures) {
+  scene_ = &scene;
   bodies_.bind(scene);
   opponents_.reset();
   list_voxel_materials(scene, textures, materials_);
@@ -141,13 +143,25 @@ void VoxelFrame::begin(const Scene& scene, const ScenePose& pose,
   settings_ = settings;
   stats_ = {};
   const double start = now_ms();
+  begin_paging(scene.octrees);
   bodies_.set_pose(scene, pose);
   const double posed = now_ms();
   stats_.objects = static_cast<uint32_t>(bodies_.instances().size());
   stats_.pose_ms = posed - start;
   shadows_.clear(lights.size());
-  if (shadows && any()) stats_.shadows = shadows_.draw(lights, bodies_, settings);
+  if (shadows && any()) {
+    draw_settled([&] { stats_.shadows = shadows_.draw(lights, bodies_, settings); });
+  }
   stats_.shadow_ms = now_ms() - posed;
+}
+
+// Draws until nothing more comes. What hides others may become smaller with its detail, so that one
+// time is not always enough; blocks that do not fit at once could take turns for ever.
+template <class Draw>
+void VoxelFrame::draw_settled(const Draw& draw) {
+  constexpr int kMostTimes = 32;
+  draw();
+  for (int i = 1; i < kMostTimes && settle_paging(scene_->octrees); ++i) draw();
 }
 
 void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step,
@@ -156,7 +170,9 @@ void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height,
   view_ = camera_raster_view(camera, width, height, step, offset);
   const RasterSettings raster{.smallest = settings_.lod, .lod = settings_.lod > 0.0f};
   if (settings_.skinning == VoxelSkinning::lattice) {
-    stats_.camera = rasterize(bodies_.instances(), view_, raster, *scratch_, visibility_);
+    draw_settled([&] {
+      stats_.camera = rasterize(bodies_.instances(), view_, raster, *scratch_, visibility_);
+    });
   } else {
     if (!opponents_) opponents_ = std::make_unique<VoxelOpponents>();
     stats_.camera = {};

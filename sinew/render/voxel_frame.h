@@ -42,7 +42,8 @@ class VoxelFrame {
   // Makes the tables that depend on the scene alone; it must outlive them.
   void bind(const Scene& scene, const TextureTable& textures);
 
-  // Begins a frame: poses, shadow maps.
+  // Begins a frame: what comes and goes of octrees (svo/stream.h), poses, shadow maps. Of octrees
+  // that are to settle, everything that shadow maps and pictures show is there when they are drawn.
   void begin(const Scene& scene, const ScenePose& pose, std::span<const ShadingLight> lights,
              const VoxelSettings& settings, bool shadows);
   // Whether there is anything to draw in this frame.
@@ -71,7 +72,10 @@ class VoxelFrame {
 
  private:
   VoxelSample sample(VisibilityKey key) const;
+  template <class Draw>
+  void draw_settled(const Draw& draw);
 
+  const Scene* scene_ = nullptr;
   VoxelBodies bodies_;
   std::vector<VoxelMaterial> materials_;
   VoxelShadows shadows_;

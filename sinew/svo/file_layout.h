@@ -16,7 +16,8 @@ namespace sinew::svo_file {
 
 static_assert(std::endian::native == std::endian::little);
 
-inline constexpr uint32_t kMagic = 0x316f7673;  // "svo1"
+inline constexpr uint32_t kMagic = 0x326f7673;  // "svo2"
+inline constexpr uint32_t kFirstMagic = 0x316f7673;  // "svo1": one page a block
 inline constexpr uint32_t kSkinned = 1, kColors = 2, kLevels = 4;
 inline constexpr uint32_t kMostCorners = 1u << 16;  // of a block: cells name them by 16 bits
 

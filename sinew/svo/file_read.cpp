@@ -13,20 +13,23 @@ namespace sinew {
 namespace svo_file {
 namespace {
 
-Result<Header> read_header(std::span<const uint8_t> bytes) {
+Result<Header> read_header(std::span<const uint8_t> bytes, uint64_t size) {
   Header header;
   if (bytes.size() < sizeof(Header)) return damaged("its octree ends too soon");
   std::memcpy(&header, bytes.data(), sizeof(Header));
+  if (header.magic == kFirstMagic) {
+    return damaged("its octree is of version 1, this program reads version 2");
+  }
   if (header.magic != kMagic) return damaged("its octree is of a kind that is not known");
   if (header.checksum != checksum_of(header)) {
     return damaged("its octree is damaged: the header's checksum does not fit");
   }
   if (header.flags > (kSkinned | kColors | kLevels)) return damaged("its octree has unknown flags");
-  if (header.size != bytes.size()) {
-    return damaged("its octree has " + std::to_string(bytes.size()) + " bytes, not " +
+  if (header.size != size) {
+    return damaged("its octree has " + std::to_string(size) + " bytes, not " +
                    std::to_string(header.size));
   }
-  if (header.head_packed > bytes.size() - sizeof(Header)) {
+  if (header.head_packed > size - sizeof(Header)) {
     return damaged("its octree ends too soon");
   }
   return header;
@@ -104,17 +107,64 @@ uint64_t deltas_of(const Svo& svo) {
   return sum;
 }
 
+// What the head knows of one kind of pages.
+struct PageTable {
+  std::vector<uint32_t> unpacked, packed;
+  std::vector<uint64_t> checksums;
+};
+PageTable read_table(StreamReader& in, size_t count) {
+  PageTable table;
+  table.unpacked = in.take<uint32_t>(count);
+  table.packed = in.take<uint32_t>(count);
+  table.checksums = in.take<uint64_t>(count);
+  return table;
+}
+
+// Adds the pages, which begin at `next`. `least` and `spare`: bytes that the one of a block has
+// unpacked, and how many more it may have: so sizes claim no memory without bytes.
+template <class Least, class Spare>
+Result<void> place_pages(const PageTable& table, uint64_t size, const Least& least,
+                         const Spare& spare, uint64_t& next, std::vector<SvoPage>& out) {
+  for (uint32_t i = 0; i < table.packed.size(); ++i) {
+    const uint32_t unpacked = table.unpacked[i], packed = table.packed[i];
+    if (unpacked > most_unpacked(packed) || unpacked < least(i) ||
+        unpacked > least(i) + spare(i)) {
+      return damaged("a block is larger than its page");
+    }
+    if (packed > size - next) return damaged("its octree ends too soon");
+    out.push_back({next, unpacked, packed, table.checksums[i]});
+    next += packed;
+  }
+  return {};
+}
+
+Result<void> read_pages(StreamReader& in, size_t count, uint64_t first_page, uint64_t size,
+                        SvoIndex& out) {
+  const PageTable skeletons = read_table(in, count), details = read_table(in, count);
+  if (!in.ok()) return damaged("its octree's head ends too soon");
+  const PageFormat format = format_of(out);
+  const auto counts = [&](uint32_t i) { return counts_of(out.svo, i); };
+  SINEW_CHECKED(place_pages(
+      skeletons, size, [&](uint32_t i) { return skeleton_size(counts(i), format); },
+      [](uint32_t) { return uint64_t{0}; }, first_page, out.skeletons));
+  SINEW_CHECKED(place_pages(
+      details, size, [&](uint32_t i) { return detail_size(counts(i), format) + counts(i).bricks; },
+      [&](uint32_t i) { return uint64_t{7} * counts(i).bricks; }, first_page, out.details));
+  if (first_page != size) return damaged("its octree has bytes after its end");
+  return {};
+}
+
 Result<void> read_blocks(StreamReader& in, size_t entries, uint64_t first_page, uint64_t size,
                          SvoIndex& out) {
-  if (entries == 0) return {};
+  if (entries == 0) {
+    if (first_page != size) return damaged("its octree has bytes after its end");
+    return {};
+  }
   const size_t count = entries - 1;
   std::array<std::vector<uint16_t>, 3> places;
   std::array<std::vector<uint32_t>, kCounts> counts;
   for (auto& plane : places) plane = in.take<uint16_t>(count);
   for (auto& plane : counts) plane = in.take<uint32_t>(count);
-  const std::vector<uint32_t> unpacked = in.take<uint32_t>(count);
-  const std::vector<uint32_t> packed = in.take<uint32_t>(count);
-  const std::vector<uint64_t> checksums = in.take<uint64_t>(count);
   if (!in.ok()) return damaged("its octree's head ends too soon");
   std::vector<SvoBlock>& blocks = out.svo.blocks;
   blocks.resize(entries);
@@ -128,38 +178,38 @@ Result<void> read_blocks(StreamReader& in, size_t entries, uint64_t first_page, 
     for (size_t k = 0; k < kCounts; ++k) numbers[k] = counts[k][i];
     const Counts own = std::bit_cast<Counts>(numbers);
     if (!advance(blocks[i], own, blocks[i + 1])) return damaged("a block has impossible sizes");
-    // So sizes claim no memory without bytes.
-    const uint64_t least = page_size(own, format_of(out));
-    if (unpacked[i] > most_unpacked(packed[i]) || unpacked[i] < least + own.bricks ||
-        unpacked[i] > least + uint64_t{8} * own.bricks) {
-      return damaged("a block is larger than its page");
-    }
-    if (packed[i] > size - first_page) return damaged("its octree ends too soon");
-    out.pages.push_back({first_page, unpacked[i], packed[i], checksums[i]});
-    first_page += packed[i];
   }
-  if (first_page != size) return damaged("its octree has bytes after its end");
+  SINEW_CHECKED(read_pages(in, count, first_page, size, out));
   if (deltas_of(out.svo) > std::numeric_limits<uint32_t>::max()) {
     return damaged("it has more morph deltas than the format holds");
   }
   return {};
 }
 
-// Memory of the whole octree, once its pages are read.
-uint64_t memory_of(const SvoIndex& index) {
+constexpr uint64_t kLevelEntry = 5;
+
+// Memory of what skeletons hold, and of what is there without pages.
+uint64_t skeleton_memory(const SvoIndex& index) {
   const Svo& svo = index.svo;
   if (svo.blocks.empty()) return svo.bytes();
   const SvoBlock& end = svo.blocks.back();
-  constexpr uint64_t kLevel = 5;  // of an entry
-  uint64_t sum = svo.bytes() + uint64_t{end.first_cell} * (sizeof(SvoCell) + kLevel);
-  sum += uint64_t{end.first_brick} * (sizeof(uint64_t) + kLevel) + uint64_t{2} * end.first_voxel;
+  uint64_t sum = svo.bytes() + uint64_t{end.first_cell} * (sizeof(SvoCell) + kLevelEntry);
+  sum += uint64_t{end.first_corner} * (index.skinned ? 14 : 2) + uint64_t{end.first_joint} * 2;
+  return sum + uint64_t{end.first_target} * sizeof(SvoTarget) + deltas_of(svo) * 6;
+}
+
+uint64_t detail_memory(const SvoIndex& index) {
+  const Svo& svo = index.svo;
+  if (svo.blocks.empty()) return 0;
+  const SvoBlock& end = svo.blocks.back();
+  uint64_t sum = uint64_t{end.first_brick} * (sizeof(uint64_t) + kLevelEntry);
+  sum += uint64_t{2} * end.first_voxel;
   if (index.colors) {
     sum += uint64_t{2} * end.first_voxel;
   } else {
     sum += sizeof(SvoColorEnds) * uint64_t{end.first_brick} + 4 * words_of(end.first_voxel);
   }
-  sum += uint64_t{end.first_corner} * (index.skinned ? 14 : 2) + uint64_t{end.first_joint} * 2;
-  return sum + uint64_t{end.first_target} * sizeof(SvoTarget) + deltas_of(svo) * 6;
+  return sum;
 }
 
 Result<SvoIndex> read_head(std::span<const uint8_t> head, const Header& header) {
@@ -198,8 +248,27 @@ Result<SvoIndex> read_head(std::span<const uint8_t> head, const Header& header) 
   }
   SINEW_CHECKED(read_blocks(in, numbers.blocks, first_page, header.size, out));
   if (!in.at_end()) return damaged("its octree's head has bytes after its end");
-  out.bytes = memory_of(out);
+  out.detail_bytes = detail_memory(out);
+  out.bytes = skeleton_memory(out) + out.detail_bytes;
   return out;
+}
+
+Result<SvoIndex> decode_front(std::span<const uint8_t> front, uint64_t size, uint64_t limit) {
+  SINEW_TRY(const Header header, read_header(front, size));
+  if (header.head_packed > front.size() - sizeof(Header)) {
+    return damaged("its octree ends too soon");
+  }
+  SINEW_TRY(const std::vector<uint8_t> head,
+            unpack_checked(front.subspan(sizeof(Header), header.head_packed), header.head_unpacked,
+                           header.head_checksum, limit));
+  return read_head(head, header);
+}
+
+// A page unpacked.
+Result<std::vector<uint8_t>> open_page(const SvoPage& page, std::span<const uint8_t> bytes) {
+  if (bytes.size() != page.packed) return damaged("its octree ends too soon");
+  return unpack_checked(bytes, page.unpacked, page.checksum,
+                        std::numeric_limits<uint64_t>::max());
 }
 
 Result<Svo> decode(std::span<const uint8_t> bytes, uint64_t limit) {
@@ -207,15 +276,18 @@ Result<Svo> decode(std::span<const uint8_t> bytes, uint64_t limit) {
   allocate_pages(index);
   Svo svo = std::move(index.svo);
   index.svo = {};
-  std::vector<Result<void>> results(index.pages.size());
+  std::vector<Result<void>> results(index.skeletons.size());
   parallel_for(results.size(), 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      results[i] = decode_svo_page(index, bytes, static_cast<uint32_t>(i), svo);
+      const uint32_t block = static_cast<uint32_t>(i);
+      const auto page = [&](const SvoPage& p) { return bytes.subspan(p.offset, p.packed); };
+      results[i] = decode_skeleton(index, page(index.skeletons[i]), block, svo);
+      if (results[i]) results[i] = decode_detail(index, page(index.details[i]), block, svo);
     }
   });
   for (const Result<void>& result : results) SINEW_CHECKED(result);
   parallel_for(results.size(), 1, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) fill_levels(index, static_cast<uint32_t>(i), svo);
+    for (size_t i = begin; i < end; ++i) fill_level(index, static_cast<uint32_t>(i), svo);
   });
   return svo;
 }
@@ -224,11 +296,7 @@ Result<Svo> decode(std::span<const uint8_t> bytes, uint64_t limit) {
 }  // namespace svo_file
 
 Result<SvoIndex> decode_svo_index(std::span<const uint8_t> bytes, uint64_t limit) {
-  SINEW_TRY(const svo_file::Header header, svo_file::read_header(bytes));
-  SINEW_TRY(const std::vector<uint8_t> head,
-            svo_file::unpack_checked(bytes.subspan(sizeof(svo_file::Header), header.head_packed),
-                                     header.head_unpacked, header.head_checksum, limit));
-  SINEW_TRY(SvoIndex index, svo_file::read_head(head, header));
+  SINEW_TRY(SvoIndex index, svo_file::decode_front(bytes, bytes.size(), limit));
   if (index.bytes > limit) {
     return fail({ErrorKind::bad_input, "", "",
                  "needs " + std::to_string(index.bytes) + " bytes of memory, but at most " +
@@ -238,20 +306,21 @@ Result<SvoIndex> decode_svo_index(std::span<const uint8_t> bytes, uint64_t limit
   return index;
 }
 
-void allocate_pages(SvoIndex& index) {
+Result<uint64_t> svo_front(std::span<const uint8_t> header, uint64_t size) {
+  SINEW_TRY(const svo_file::Header found, svo_file::read_header(header, size));
+  return sizeof(svo_file::Header) + found.head_packed;
+}
+
+Result<SvoIndex> decode_svo_front(std::span<const uint8_t> front, uint64_t size,
+                                  uint64_t limit) {
+  return svo_file::decode_front(front, size, limit);
+}
+
+void allocate_skeletons(SvoIndex& index) {
   Svo& svo = index.svo;
   if (svo.blocks.empty()) return;
   const SvoBlock& end = svo.blocks.back();
   svo.cells.resize(end.first_cell);
-  svo.bricks.resize(end.first_brick);
-  svo.normals.resize(end.first_voxel);
-  if (index.colors) {
-    svo.colors.resize(end.first_voxel);
-  } else {
-    svo.color_ends.resize(end.first_brick);
-    svo.color_selectors.resize(svo_file::words_of(end.first_voxel));
-  }
-  svo_file::resize(svo.brick_level, end.first_brick);
   svo_file::resize(svo.cell_level, end.first_cell);
   svo.corner_places.resize(end.first_corner);
   if (index.skinned) {
@@ -270,21 +339,59 @@ void allocate_pages(SvoIndex& index) {
   }
 }
 
-Result<void> decode_svo_page(const SvoIndex& index, std::span<const uint8_t> bytes, uint32_t block,
+void allocate_pages(SvoIndex& index) {
+  Svo& svo = index.svo;
+  if (svo.blocks.empty()) return;
+  allocate_skeletons(index);
+  const SvoBlock& end = svo.blocks.back();
+  svo.bricks.resize(end.first_brick);
+  svo.normals.resize(end.first_voxel);
+  if (index.colors) {
+    svo.colors.resize(end.first_voxel);
+  } else {
+    svo.color_ends.resize(end.first_brick);
+    svo.color_selectors.resize(svo_file::words_of(end.first_voxel));
+  }
+  svo_file::resize(svo.brick_level, end.first_brick);
+}
+
+Result<void> decode_skeleton(const SvoIndex& index, std::span<const uint8_t> page, uint32_t block,
                              Svo& svo) {
-  constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
-  const SvoPage& page = index.pages[block];
-  SINEW_TRY(const std::vector<uint8_t> unpacked,
-            svo_file::unpack_checked(bytes.subspan(page.offset, page.packed), page.unpacked,
-                                     page.checksum, kNoLimit));
-  if (!svo_file::read_page(unpacked, block, svo_file::format_of(index), svo)) {
-    return svo_file::damaged("the page of block " + std::to_string(block) + " is damaged");
+  SINEW_TRY(const std::vector<uint8_t> bytes, svo_file::open_page(index.skeletons[block], page));
+  if (!svo_file::read_skeleton(bytes, block, svo_file::format_of(index), svo)) {
+    return svo_file::damaged("the skeleton of block " + std::to_string(block) + " is damaged");
   }
   return {};
 }
 
-void fill_levels(const SvoIndex& index, uint32_t block, Svo& svo) {
-  if (!index.levels) filter_levels(svo, block);
+namespace svo_file {
+namespace {
+
+// `at`: which block of `svo` it is.
+Result<void> decode_detail_at(const SvoIndex& index, std::span<const uint8_t> page, uint32_t block,
+                              uint32_t at, Svo& svo) {
+  const std::string name = "the detail of block " + std::to_string(block);
+  const Result<std::vector<uint8_t>> bytes = open_page(index.details[block], page);
+  if (!bytes) return damaged(name + ": " + bytes.error().problem);
+  if (!read_detail(*bytes, at, format_of(index), svo)) return damaged(name + " is damaged");
+  return {};
+}
+
+}  // namespace
+}  // namespace svo_file
+
+Result<void> decode_detail(const SvoIndex& index, std::span<const uint8_t> page, uint32_t block,
+                           Svo& svo) {
+  return svo_file::decode_detail_at(index, page, block, block, svo);
+}
+
+Result<void> decode_detail_alone(const SvoIndex& index, std::span<const uint8_t> page,
+                                 uint32_t block, Svo& svo) {
+  return svo_file::decode_detail_at(index, page, block, 0, svo);
+}
+
+void fill_level(const SvoIndex& index, uint32_t block, Svo& svo) {
+  if (!index.levels) filter_brick_level(svo, block);
 }
 
 Result<Svo> decode_svo(std::span<const uint8_t> bytes, uint64_t limit) {

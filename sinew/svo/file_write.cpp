@@ -15,10 +15,9 @@ struct PackedPage {
   uint32_t unpacked = 0;
   SvoFileParts parts;
 };
+using PackedPages = std::vector<PackedPage>;  // one a block
 
-PackedPage pack_page(const Svo& svo, uint32_t block, const PageFormat& format, int effort) {
-  StreamWriter page;
-  write_page(svo, block, format, page);
+PackedPage pack_page(const StreamWriter& page, int effort) {
   PackedPage result;
   Packed packed = pack(page.bytes(), page.ends(), effort);
   result.unpacked = static_cast<uint32_t>(page.bytes().size());
@@ -45,26 +44,31 @@ void write_nodes(const Svo& svo, StreamWriter& out) {
   write_level(svo.node_level, 0, count, Part::tables, out);
 }
 
-void write_blocks(const Svo& svo, std::span<const PackedPage> pages, StreamWriter& out) {
-  for (uint16_t SvoBlock::*axis : {&SvoBlock::x, &SvoBlock::y, &SvoBlock::z}) {
-    out.add<uint16_t>(Part::tables, pages.size(), [&](size_t i) {
-      const int before = i == 0 ? 0 : svo.blocks[i - 1].*axis;
-      return fold(static_cast<uint16_t>(svo.blocks[i].*axis - before));
-    });
-  }
-  std::vector<std::array<uint32_t, kCounts>> counts;
-  for (uint32_t i = 0; i < pages.size(); ++i) {
-    counts.push_back(std::bit_cast<std::array<uint32_t, kCounts>>(counts_of(svo, i)));
-  }
-  for (size_t k = 0; k < kCounts; ++k) {
-    out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return counts[i][k]; });
-  }
+void write_table(const PackedPages& pages, StreamWriter& out) {
   out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].unpacked; });
   out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].bytes.size(); });
   out.add<uint64_t>(Part::tables, pages.size(), [&](size_t i) { return checksum(pages[i].bytes); });
 }
 
-StreamWriter write_head(const Svo& svo, std::span<const PackedPage> pages, SvoFileParts& parts) {
+void write_blocks(const Svo& svo, StreamWriter& out) {
+  const uint32_t blocks = svo.block_count();
+  for (uint16_t SvoBlock::*axis : {&SvoBlock::x, &SvoBlock::y, &SvoBlock::z}) {
+    out.add<uint16_t>(Part::tables, blocks, [&](size_t i) {
+      const int before = i == 0 ? 0 : svo.blocks[i - 1].*axis;
+      return fold(static_cast<uint16_t>(svo.blocks[i].*axis - before));
+    });
+  }
+  std::vector<std::array<uint32_t, kCounts>> counts;
+  for (uint32_t i = 0; i < blocks; ++i) {
+    counts.push_back(std::bit_cast<std::array<uint32_t, kCounts>>(counts_of(svo, i)));
+  }
+  for (size_t k = 0; k < kCounts; ++k) {
+    out.add<uint32_t>(Part::tables, blocks, [&](size_t i) { return counts[i][k]; });
+  }
+}
+
+StreamWriter write_head(const Svo& svo, const PackedPages& skeletons, const PackedPages& details,
+                        SvoFileParts& parts) {
   HeadNumbers numbers;
   numbers.name = static_cast<uint32_t>(svo.name.size());
   numbers.voxel = std::bit_cast<uint32_t>(svo.grid.voxel);
@@ -87,20 +91,28 @@ StreamWriter write_head(const Svo& svo, std::span<const PackedPage> pages, SvoFi
   out.add<uint32_t>(Part::tables, svo.morph_weights.size(),
                     [&](size_t i) { return std::bit_cast<uint32_t>(svo.morph_weights[i]); });
   write_nodes(svo, out);
-  write_blocks(svo, pages, out);
+  write_blocks(svo, out);
+  write_table(skeletons, out);
+  write_table(details, out);
   return out;
 }
 
 EncodedSvo encode(const Svo& svo, const PageFormat& format, int effort) {
-  std::vector<PackedPage> pages(svo.block_count());
-  parallel_for(pages.size(), 1, [&](size_t begin, size_t end) {
+  PackedPages skeletons(svo.block_count()), details(svo.block_count());
+  parallel_for(details.size(), 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      pages[i] = pack_page(svo, static_cast<uint32_t>(i), format, effort);
+      StreamWriter skeleton, detail;
+      write_skeleton(svo, static_cast<uint32_t>(i), format, skeleton);
+      write_detail(svo, static_cast<uint32_t>(i), format, detail);
+      skeletons[i] = pack_page(skeleton, effort);
+      details[i] = pack_page(detail, effort);
     }
   });
   EncodedSvo result;
-  for (const PackedPage& page : pages) result.parts.add(page.parts);
-  const StreamWriter head = write_head(svo, pages, result.parts);
+  for (const PackedPages* const pages : {&skeletons, &details}) {
+    for (const PackedPage& page : *pages) result.parts.add(page.parts);
+  }
+  const StreamWriter head = write_head(svo, skeletons, details, result.parts);
   const Packed packed = pack(head.bytes(), head.ends(), effort);
   Header header;
   header.flags = (format.skinned ? kSkinned : 0) | (format.colors ? kColors : 0) |
@@ -110,14 +122,18 @@ EncodedSvo encode(const Svo& svo, const PageFormat& format, int effort) {
   header.head_checksum = checksum(packed.bytes);
   header.size = sizeof(Header) + packed.bytes.size();
   result.parts.tables = header.size;
-  for (const PackedPage& page : pages) header.size += page.bytes.size();
+  for (const PackedPages* const pages : {&skeletons, &details}) {
+    for (const PackedPage& page : *pages) header.size += page.bytes.size();
+  }
   header.checksum = checksum_of(header);
   result.bytes.reserve(header.size);
   result.bytes.resize(sizeof(Header));
   std::memcpy(result.bytes.data(), &header, sizeof(Header));
   result.bytes.insert(result.bytes.end(), packed.bytes.begin(), packed.bytes.end());
-  for (const PackedPage& page : pages) {
-    result.bytes.insert(result.bytes.end(), page.bytes.begin(), page.bytes.end());
+  for (const PackedPages* const pages : {&skeletons, &details}) {
+    for (const PackedPage& page : *pages) {
+      result.bytes.insert(result.bytes.end(), page.bytes.begin(), page.bytes.end());
+    }
   }
   return result;
 }

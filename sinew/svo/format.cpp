@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "sinew/base/check.h"
 #include "sinew/svo/brick.h"
 
 namespace sinew {
@@ -57,6 +58,15 @@ VoxelAttributes coarse_attributes(const Svo& svo, const SvoBlock& block, const S
 }
 
 }  // namespace
+
+PagedSvoPtr::PagedSvoPtr(const PagedSvoPtr& other) {
+  SINEW_CHECK(!other);
+}
+PagedSvoPtr& PagedSvoPtr::operator=(const PagedSvoPtr& other) {
+  SINEW_CHECK(!other);
+  pages_.reset();
+  return *this;
+}
 
 uint32_t Svo::first_block_node() const {
   const auto found = std::find_if(nodes.begin(), nodes.end(),

@@ -31,6 +31,7 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -136,6 +137,27 @@ struct SvoTarget {
   uint32_t first_delta = 0;
 };
 
+class PagedSvo;  // see svo/stream.h
+
+// Who brings and takes away an octree's bricks and their attributes block by block; null: they are
+// all there. They come into the very buffers of the octree, so that it may be moved, but not copied
+// (checked).
+class PagedSvoPtr {
+ public:
+  PagedSvoPtr() = default;
+  explicit PagedSvoPtr(std::shared_ptr<PagedSvo> pages) : pages_(std::move(pages)) {}
+  PagedSvoPtr(const PagedSvoPtr& other);
+  PagedSvoPtr& operator=(const PagedSvoPtr& other);
+  PagedSvoPtr(PagedSvoPtr&&) noexcept = default;
+  PagedSvoPtr& operator=(PagedSvoPtr&&) noexcept = default;
+
+  explicit operator bool() const { return pages_ != nullptr; }
+  PagedSvo* operator->() const { return pages_.get(); }
+
+ private:
+  std::shared_ptr<PagedSvo> pages_;
+};
+
 struct Svo {
   std::string name;
   VoxelGrid grid;
@@ -163,6 +185,8 @@ struct Svo {
   std::vector<uint16_t> joint_palette;
   std::vector<SvoTarget> targets;
   std::vector<std::array<int16_t, 3>> deltas;
+
+  PagedSvoPtr paging;
 
   uint32_t block_count() const {
     return blocks.empty() ? 0 : static_cast<uint32_t>(blocks.size() - 1);
@@ -207,7 +231,10 @@ VoxelAttributes voxel_attributes(const Svo& svo, const SvoBlock& block, const Sv
                                  VoxelCode code);
 VoxelAttributes level_attributes(const SvoLevel& level, size_t index);
 
-// Every invariant stated above. Empty text if all hold, else what is wrong and where.
+// Every invariant stated above; of an octree whose blocks come and go all that is always there.
+// Empty text if all hold, else what is wrong and where.
 std::string validate(const Svo& svo);
+// The bricks of one block, in an octree of which the rest is valid.
+std::string validate_bricks(const Svo& svo, uint32_t block);
 
 }  // namespace sinew

@@ -78,15 +78,31 @@ AttributeSum sum_of_brick(const uint16_t* normals, SvoColorEnds ends, const uint
   return {sum_of_normals(normals, count), color, static_cast<float>(count)};
 }
 
-void filter_levels(Svo& svo, uint32_t block) {
+namespace {
+
+// Calls with each cell of the block and the sum over it, once its bricks' means are set.
+template <class F>
+void for_each_filtered(Svo& svo, uint32_t block, const F& call) {
   const SvoBlock& b = svo.blocks[block];
   for (uint32_t c = b.first_cell; c < svo.blocks[block + 1].first_cell; ++c) {
     const SvoCell& cell = svo.cells[c];
     const AttributeSum sum = filter_bricks(svo, size_t{b.first_brick} + cell.first_brick,
                                            size_t{b.first_voxel} + cell.first_voxel,
                                            static_cast<uint32_t>(std::popcount(cell.bricks)));
-    set_mean(sum, svo.cell_level, c);
+    call(c, sum);
   }
+}
+
+}  // namespace
+
+void filter_levels(Svo& svo, uint32_t block) {
+  for_each_filtered(svo, block, [&](uint32_t cell, const AttributeSum& sum) {
+    set_mean(sum, svo.cell_level, cell);
+  });
+}
+
+void filter_brick_level(Svo& svo, uint32_t block) {
+  for_each_filtered(svo, block, [](uint32_t, const AttributeSum&) {});
 }
 
 }  // namespace sinew

@@ -35,5 +35,7 @@ void append_mean(const AttributeSum& sum, SvoLevel& out);
 
 // Fills brick_level and cell_level of one block from its voxels. All arrays have their sizes.
 void filter_levels(Svo& svo, uint32_t block);
+// Level 2 alone.
+void filter_brick_level(Svo& svo, uint32_t block);
 
 }  // namespace sinew

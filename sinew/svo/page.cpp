@@ -43,10 +43,9 @@ uint16_t place_of_morton(uint16_t morton) {
   return static_cast<uint16_t>(v.x + 8 * v.y + 64 * v.z);
 }
 
-void write_topology(const Svo& svo, uint32_t block, StreamWriter& out) {
+void write_cells(const Svo& svo, uint32_t block, StreamWriter& out) {
   const Counts counts = counts_of(svo, block);
   const SvoCell* const cells = svo.cells.data() + svo.blocks[block].first_cell;
-  const uint64_t* const bricks = svo.bricks.data() + svo.blocks[block].first_brick;
   out.add<uint16_t>(Part::topology, counts.cells, [&](size_t i) {
     const uint16_t before = i == 0 ? uint16_t{0} : morton_of_place(cells[i - 1].place);
     return fold(static_cast<uint16_t>(morton_of_place(cells[i].place) - before));
@@ -55,6 +54,12 @@ void write_topology(const Svo& svo, uint32_t block, StreamWriter& out) {
     return fold(static_cast<uint16_t>(cells[i].material - (i == 0 ? 0 : cells[i - 1].material)));
   });
   out.add<uint8_t>(Part::topology, counts.cells, [&](size_t i) { return cells[i].bricks; });
+  out.add<uint16_t>(Part::topology, counts.cells, [&](size_t i) { return cells[i].voxels; });
+}
+
+void write_bricks(const Svo& svo, uint32_t block, StreamWriter& out) {
+  const Counts counts = counts_of(svo, block);
+  const uint64_t* const bricks = svo.bricks.data() + svo.blocks[block].first_brick;
   std::vector<uint8_t> voxels;
   for (size_t i = 0; i < counts.bricks; ++i) {
     for (uint32_t g = 0; g < kGroups; ++g) {
@@ -65,17 +70,7 @@ void write_topology(const Svo& svo, uint32_t block, StreamWriter& out) {
   out.add(Part::topology, voxels);
 }
 
-// Sets what follows from a cell's bricks and those before.
-void set_cell(std::span<const uint64_t> bricks, const Counts& before, SvoCell& cell) {
-  cell.first_brick = before.bricks;
-  cell.first_voxel = before.voxels;
-  cell.voxels = 0;
-  for (const uint64_t brick : bricks) {
-    cell.voxels = static_cast<uint16_t>(cell.voxels + std::popcount(brick));
-  }
-}
-
-bool read_bricks(StreamReader& in, std::span<uint64_t> bricks) {
+bool read_masks(StreamReader& in, std::span<uint64_t> bricks) {
   const std::vector<uint8_t> groups = in.take<uint8_t>(bricks.size());
   size_t count = 0;
   for (const uint8_t g : groups) count += static_cast<size_t>(std::popcount(g));
@@ -94,14 +89,14 @@ bool read_bricks(StreamReader& in, std::span<uint64_t> bricks) {
   return true;
 }
 
-bool read_topology(StreamReader& in, uint32_t block, Svo& svo) {
+bool read_cells(StreamReader& in, uint32_t block, Svo& svo) {
   const Counts counts = counts_of(svo, block);
   const std::span cells(svo.cells.data() + svo.blocks[block].first_cell, counts.cells);
-  const std::span bricks(svo.bricks.data() + svo.blocks[block].first_brick, counts.bricks);
   const std::vector<uint16_t> places = in.take<uint16_t>(counts.cells);
   const std::vector<uint16_t> materials = in.take<uint16_t>(counts.cells);
   const std::vector<uint8_t> occupied = in.take<uint8_t>(counts.cells);
-  if (!in.ok() || !read_bricks(in, bricks)) return false;
+  const std::vector<uint16_t> voxels = in.take<uint16_t>(counts.cells);
+  if (!in.ok()) return false;
   uint16_t place = 0, material = 0;
   Counts so_far;
   for (size_t i = 0; i < cells.size(); ++i) {
@@ -112,13 +107,35 @@ bool read_topology(StreamReader& in, uint32_t block, Svo& svo) {
     cell.place = place_of_morton(place);
     cell.material = material;
     cell.bricks = occupied[i];
+    cell.voxels = voxels[i];
+    cell.first_brick = so_far.bricks;
+    cell.first_voxel = so_far.voxels;
     const auto own = static_cast<uint32_t>(std::popcount(cell.bricks));
-    if (own > counts.bricks - so_far.bricks) return false;
-    set_cell(bricks.subspan(so_far.bricks, own), so_far, cell);
+    if (own > counts.bricks - so_far.bricks || cell.voxels > counts.voxels - so_far.voxels) {
+      return false;
+    }
+    if (cell.voxels < own || cell.voxels > 64 * own) return false;
     so_far.bricks += own;
     so_far.voxels += cell.voxels;
   }
   return so_far.bricks == counts.bricks && so_far.voxels == counts.voxels;
+}
+
+// They must hold as many voxels as the cells say.
+bool read_bricks(StreamReader& in, uint32_t block, Svo& svo) {
+  const Counts counts = counts_of(svo, block);
+  const uint64_t* brick = svo.bricks.data() + svo.blocks[block].first_brick;
+  if (!read_masks(in, {svo.bricks.data() + svo.blocks[block].first_brick, counts.bricks})) {
+    return false;
+  }
+  for (uint32_t c = svo.blocks[block].first_cell; c < svo.blocks[block + 1].first_cell; ++c) {
+    int voxels = 0;
+    for (int own = std::popcount(svo.cells[c].bricks); own > 0; --own) {
+      voxels += std::popcount(*brick++);
+    }
+    if (voxels != svo.cells[c].voxels) return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -135,30 +152,55 @@ Counts counts_of(const Svo& svo, uint32_t block) {
   return counts;
 }
 
-uint64_t page_size(const Counts& counts, const PageFormat& format) {
-  // Place, material, bricks and ranks of corners; which groups a brick has; a voxel's normal.
-  uint64_t bytes = uint64_t{21} * counts.cells + counts.bricks + uint64_t{2} * counts.voxels;
+uint64_t skeleton_size(const Counts& counts, const PageFormat& format) {
+  // Place, material, bricks, voxels, ranks of corners, attributes.
+  uint64_t bytes = uint64_t{29} * counts.cells + uint64_t{2} * counts.joints;
+  bytes += uint64_t{format.skinned ? 12u : 2u} * counts.corners;
+  return bytes + counts.targets * (8 + uint64_t{6} * counts.corners);
+}
+
+uint64_t detail_size(const Counts& counts, const PageFormat& format) {
+  // Which groups a brick has; a voxel's normal.
+  uint64_t bytes = counts.bricks + uint64_t{2} * counts.voxels;
   if (format.colors) {
     bytes += uint64_t{3} * counts.voxels;
   } else {
     bytes += uint64_t{6} * counts.bricks + (uint64_t{counts.voxels} + 3) / 4;
   }
-  if (format.levels) bytes += uint64_t{6} * counts.bricks + uint64_t{6} * counts.cells;
-  bytes += uint64_t{format.skinned ? 12u : 2u} * counts.corners + uint64_t{2} * counts.joints;
-  return bytes + counts.targets * (8 + uint64_t{6} * counts.corners);
+  return bytes + (format.levels ? uint64_t{6} * counts.bricks : 0);
 }
 
-void write_page(const Svo& svo, uint32_t block, const PageFormat& format, StreamWriter& out) {
-  write_topology(svo, block, out);
-  write_voxels(svo, block, format, out);
-  if (format.levels) write_levels(svo, block, out);
+void write_skeleton(const Svo& svo, uint32_t block, const PageFormat& format, StreamWriter& out) {
+  const SvoBlock &here = svo.blocks[block], &next = svo.blocks[block + 1];
+  write_cells(svo, block, out);
+  write_level(svo.cell_level, here.first_cell, next.first_cell, Part::levels, out);
   write_lattice(svo, block, format, out);
 }
 
-bool read_page(std::span<const uint8_t> bytes, uint32_t block, const PageFormat& format, Svo& svo) {
+bool read_skeleton(std::span<const uint8_t> bytes, uint32_t block, const PageFormat& format,
+                   Svo& svo) {
+  const SvoBlock &here = svo.blocks[block], &next = svo.blocks[block + 1];
   StreamReader in(bytes);
-  return read_topology(in, block, svo) && read_voxels(in, block, format, svo) &&
-         (!format.levels || read_levels(in, block, svo)) && read_lattice(in, block, format, svo) &&
+  return read_cells(in, block, svo) &&
+         read_level(in, here.first_cell, next.first_cell, svo.cell_level) &&
+         read_lattice(in, block, format, svo) && in.at_end();
+}
+
+void write_detail(const Svo& svo, uint32_t block, const PageFormat& format, StreamWriter& out) {
+  const SvoBlock &here = svo.blocks[block], &next = svo.blocks[block + 1];
+  write_bricks(svo, block, out);
+  write_voxels(svo, block, format, out);
+  if (!format.levels) return;
+  write_level(svo.brick_level, here.first_brick, next.first_brick, Part::levels, out);
+}
+
+bool read_detail(std::span<const uint8_t> bytes, uint32_t block, const PageFormat& format,
+                 Svo& svo) {
+  const SvoBlock &here = svo.blocks[block], &next = svo.blocks[block + 1];
+  StreamReader in(bytes);
+  return read_bricks(in, block, svo) && read_voxels(in, block, format, svo) &&
+         (!format.levels ||
+          read_level(in, here.first_brick, next.first_brick, svo.brick_level)) &&
          in.at_end();
 }
 

@@ -269,16 +269,4 @@ bool read_level(StreamReader& in, size_t begin, size_t end, SvoLevel& level) {
   return true;
 }
 
-void write_levels(const Svo& svo, uint32_t block, StreamWriter& out) {
-  const SvoBlock &here = svo.blocks[block], &next = svo.blocks[block + 1];
-  write_level(svo.brick_level, here.first_brick, next.first_brick, Part::levels, out);
-  write_level(svo.cell_level, here.first_cell, next.first_cell, Part::levels, out);
-}
-
-bool read_levels(StreamReader& in, uint32_t block, Svo& svo) {
-  const SvoBlock &here = svo.blocks[block], &next = svo.blocks[block + 1];
-  return read_level(in, here.first_brick, next.first_brick, svo.brick_level) &&
-         read_level(in, here.first_cell, next.first_cell, svo.cell_level);
-}
-
 }  // namespace sinew::svo_file

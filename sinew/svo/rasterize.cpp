@@ -11,6 +11,7 @@
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/svo/rasterize_kernels.h"
+#include "sinew/svo/stream.h"
 #include "sinew/svo/thesis_skinned.h"
 
 namespace sinew {
@@ -48,6 +49,7 @@ struct RasterScratch {
   std::vector<RasterBlock> blocks;
   std::vector<RasterCell> nodes;
   std::vector<BlockToMake> to_make;
+  std::vector<uint8_t> touched;  // one a block; empty if all detail is there
   Buffer<ClipPoint> points, screen;
   Buffer<RasterCell> cells;
   Buffer<uint32_t> offsets;  // of the entries of each chunk in each tile's list; tile-major
@@ -161,6 +163,9 @@ void view_node(Frame& frame, uint32_t instance, uint32_t first_block_node, uint3
                               .block = n - first_block_node,
                               .node = n,
                               .first_unit = body.first_unit});
+    if (svo.paging) {
+      scratch.blocks.back().resident = svo.paging->resident()[n - first_block_node] != 0;
+    }
     return;
   }
   for (uint32_t i = node.count; i-- > 0;) scratch.stack.push_back(node.first + i);
@@ -365,6 +370,22 @@ void draw_tiles(Frame& frame, TileJob shared) {
   }
 }
 
+// Asks for the blocks that show something finer than cells, or would if it were there.
+void request_blocks(const RasterScratch& scratch) {
+  for (size_t b = 0; b < scratch.touched.size(); ++b) {
+    const RasterBlock& block = scratch.blocks[b];
+    if (scratch.touched[b] == 0 || !block.svo->paging) continue;
+    block.svo->paging->request(block.block, block.voxel);
+  }
+}
+
+// Whether some instance has detail that comes and goes.
+bool is_paged(std::span<const VoxelInstance> instances) {
+  return std::ranges::any_of(instances, [](const VoxelInstance& body) {
+    return body.posed != nullptr && static_cast<bool>(body.posed->svo().paging);
+  });
+}
+
 void check_units(std::span<const VoxelInstance> instances) {
   uint64_t end = 0;
   for (const VoxelInstance& body : instances) {
@@ -405,7 +426,11 @@ RasterStats run(std::span<const VoxelInstance> instances, const RasterView& view
   list_cells(frame);
   frame.stats.view_ms += ms_since(start);
   start = Clock::now();
-  draw_tiles(frame, out);
+  scratch.touched.assign(is_paged(instances) ? scratch.blocks.size() : 0, 0);
+  TileJob job = out;
+  job.touched = scratch.touched.empty() ? nullptr : scratch.touched.data();
+  draw_tiles(frame, job);
+  request_blocks(scratch);
   frame.stats.draw_ms = ms_since(start);
   return frame.stats;
 }

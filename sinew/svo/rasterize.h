@@ -5,6 +5,9 @@
 //   tiles    one thread owns a tile: cells seen in the last frame are drawn, then the rest is
 //   tested against the depths that they left, and drawn if it may be seen
 //
+// Blocks whose detail is not in memory (svo/stream.h) are drawn by their cells at finest, and asked
+// for unless they are hidden: when nothing more comes, the picture is that of the whole octree.
+//
 // A drawn voxel covers every pixel whose centre lies in its projected box, so nothing shows through
 // between neighbours, whatever the stretch. The picture is the same for any number of threads, and
 // whatever was seen in the last frame.

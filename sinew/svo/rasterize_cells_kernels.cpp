@@ -141,9 +141,23 @@ HWY_INLINE uint8_t level_to_draw(const RasterSettings& settings, float size) {
   return level;
 }
 
+HWY_INLINE float middle_depth(const BlockJob& job, const SvoCell& cell) {
+  float sum = 0.0f;
+  for (const uint16_t c : cell.corner) sum += job.points[c].depth;
+  return 0.125f * sum;
+}
+
+// A cell whose block is not there: its one box instead of its voxels. It is hidden by what hides
+// these, so that a block which is seen no more is not asked for either.
+HWY_INLINE void draw_as_cell(const BlockJob& job, const SvoCell& cell, RasterCell& out) {
+  out.path = RasterPath::rectangle;
+  out.level = kCellLevel;
+  out.far_depth = std::clamp(middle_depth(job, cell), out.near_depth, out.far_depth);
+}
+
 // A cell that crosses the near plane.
 HWY_NOINLINE bool view_near_cell(const BlockJob& job, const SvoCell& cell, const float* reach,
-                                 RasterCell& out) {
+                                 RasterBlock& block, RasterCell& out) {
   ClipPoint corners[8];
   for (int i = 0; i < 8; ++i) corners[i] = job.points[cell.corner[i]];
   const ScreenBox box = project_hull(corners, job.map->near, job.map->perspective, reach);
@@ -151,24 +165,21 @@ HWY_NOINLINE bool view_near_cell(const BlockJob& job, const SvoCell& cell, const
   out.path = RasterPath::near;
   out.near_depth = box.near_depth;
   out.far_depth = box.far_depth;
+  out.fine = 1;
+  block.voxel = std::max(block.voxel, static_cast<float>(std::max(job.width, job.height)));
+  if (!block.resident) draw_as_cell(job, cell, out);
   return in_view(job, pixel_range(box.x0, box.x1), pixel_range(box.y0, box.y1), out);
 }
 
-HWY_INLINE float middle_depth(const BlockJob& job, const SvoCell& cell) {
-  float sum = 0.0f;
-  for (const uint16_t c : cell.corner) sum += job.points[c].depth;
-  return 0.125f * sum;
-}
-
 HWY_INLINE bool view_cell(const BlockJob& job, const SvoCell& cell, V4 reach_row,
-                          const float* reach, RasterCell& out) {
+                          RasterBlock& block, RasterCell& out) {
   const D4 d;
   const CellShape shape = shape_of(job.screen, cell.corner, job.map->perspective, reach_row);
   alignas(16) float low[4], high[4], half[4], pad[4];
   hn::Store(shape.low, d, low);
   hn::Store(shape.high, d, high);
   if (!(low[2] > job.map->near)) {
-    return high[2] > job.map->near && view_near_cell(job, cell, reach, out);
+    return high[2] > job.map->near && view_near_cell(job, cell, block.reach, block, out);
   }
   hn::Store(shape.half, d, half);
   hn::Store(shape.pad, d, pad);
@@ -188,6 +199,9 @@ HWY_INLINE bool view_cell(const BlockJob& job, const SvoCell& cell, V4 reach_row
     out.half_y = wide * half[1] + pad[1];
     grow_x += out.half_x;
     grow_y += out.half_y;
+    out.fine = 1;
+    block.voxel = std::max(block.voxel, 2.0f * std::max(half[0], half[1]));
+    if (!block.resident) draw_as_cell(job, cell, out);
   }
   return in_view(job, pixel_range(low[0] - grow_x, high[0] + grow_x),
                  pixel_range(low[1] - grow_y, high[1] + grow_y), out);
@@ -253,6 +267,7 @@ void view_block_kernel(const BlockJob& job, uint32_t index, RasterBlock& block) 
   const RowBox box = project_corners(job, block.reach);
   const V4 reach_row = hn::LoadU(D4(), block.reach);
   block.cells = 0;
+  block.voxel = 0.0f;
   if (is_small(job, box)) return view_nodes(job, reach_row, block);
   const Svo& svo = *block.svo;
   const uint32_t first = svo.blocks[block.block].first_cell;
@@ -260,7 +275,7 @@ void view_block_kernel(const BlockJob& job, uint32_t index, RasterBlock& block) 
   for (uint32_t c = first; c < end; ++c) {
     RasterCell& out = job.cells[block.cells];
     out = RasterCell{.unit = block.first_unit + c, .block = index, .cell = c};
-    if (view_cell(job, svo.cells[c], reach_row, block.reach, out)) ++block.cells;
+    if (view_cell(job, svo.cells[c], reach_row, block, out)) ++block.cells;
   }
 }
 

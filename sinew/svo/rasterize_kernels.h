@@ -20,7 +20,7 @@ struct BlockJob {
   RasterCell* cells = nullptr;  // out, at most one a cell
 };
 
-// Sets `block.cells` and `block.reach`. `index` is the block's among RasterBlocks.
+// Sets `block.cells`, `block.voxel` and `block.reach`. `index` is the block's among RasterBlocks.
 void view_block(const BlockJob& job, uint32_t index, RasterBlock& block);
 
 struct TileCounts {
@@ -47,6 +47,8 @@ struct TileJob {
   VisibilityKey* keys = nullptr;                 // the tile's first, or
   float* depth = nullptr;
   uint32_t stride = 0;                    // pixels from one row to the next
+  uint8_t* touched = nullptr;             // of RasterBlocks: set for those that show something finer
+                                          // than cells, or would if it were there; may be null
   const SkinnedTable* skinned = nullptr;  // then voxels are placed so (thesis_skinned.h)
 };
 

@@ -71,6 +71,12 @@ HWY_INLINE void set_seen(uint64_t* seen, uint32_t unit) {
   }
 }
 
+// Different tiles draw the same block.
+HWY_INLINE void set_touched(uint8_t& touched) {
+  std::atomic_ref<uint8_t> flag(touched);
+  if (flag.load(std::memory_order_relaxed) == 0) flag.store(1, std::memory_order_relaxed);
+}
+
 struct TileBuffers {
   TilePlanes planes;
   DensePlanes dense;
@@ -150,7 +156,7 @@ HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffe
   if (cell.path == RasterPath::rectangle) {
     const TileBox box = clip_to_tile(job, cell.x0, cell.y0, cell.x1, cell.y1);
     const uint32_t code = cell.block == kNoBlock ? 0 : kFirstCode[cell.level];
-    put_box<kKeys>(buffers.planes, box, cell.near_depth, id | code);
+    put_box<kKeys>(buffers.planes, box, cell.far_depth, id | code);
     counts.voxels += 1;
     counts.nodes += cell.block == kNoBlock ? 1 : 0;
     return;
@@ -214,6 +220,17 @@ HWY_INLINE void note_not_hidden(const TileJob& job, TileBuffers& buffers) {
   for (uint32_t i = 0; i < job.count; ++i) {
     const RasterCell& cell = job.cells[job.list[i]];
     if (!is_hidden(job, cell, buffers.far)) set_seen(job.seen_now, cell.unit);
+  }
+}
+
+// Blocks whose cells are not hidden now need their detail. What hides them may be drawn coarsely, so
+// that other blocks are found once it is finer. Whoever wins a pixel is not hidden: when no block
+// that is found lacks its detail, the picture is that of the whole octree.
+HWY_INLINE void note_touched(const TileJob& job, TileBuffers& buffers) {
+  update(buffers.planes, buffers.far);
+  for (uint32_t i = 0; i < job.count; ++i) {
+    const RasterCell& cell = job.cells[job.list[i]];
+    if (cell.fine != 0 && !is_hidden(job, cell, buffers.far)) set_touched(job.touched[cell.block]);
   }
 }
 
@@ -310,6 +327,7 @@ HWY_INLINE TileCounts draw(const TileJob& job) {
     part.order = job.order + at;
     part.count = std::min(job.count - at, kMostListed);
     draw_list<kKeys>(part, buffers, counts);
+    if (job.touched != nullptr) note_touched(part, buffers);
     if (kKeys) {
       resolve(part, at == 0, buffers.planes);
       if (job.settings->occlusion) keep_marks(part);

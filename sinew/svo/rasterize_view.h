@@ -40,6 +40,8 @@ struct RasterBlock {
   uint32_t first_cell = 0;    // of RasterCells
   uint32_t cells = 0;         // of these, in the view
   uint32_t first_unit = 0;    // of the instance
+  bool resident = true;       // else its cells are drawn as such
+  float voxel = 0.0f;         // pixels: the largest voxel of level 0, as far as it is in the view
   float reach[4] = {};        // no |x|, |y|, |depth| of a corner is greater, nor any term of theirs
 };
 
@@ -55,13 +57,13 @@ struct RasterCell {
   uint32_t block = kNoBlock;  // of RasterBlocks
   uint32_t cell = 0;          // of Svo::cells
   float near_depth = 0.0f;    // nothing of it is drawn before
-  float far_depth = 0.0f;     // or behind
+  float far_depth = 0.0f;     // or behind; a rectangle is there
   float half_x = 0.0f;        // pixels, of a voxel's box, padded
   float half_y = 0.0f;
   int16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels whose centres it may cover, inclusive
   uint8_t level = 0;
   RasterPath path = RasterPath::voxels;
-  uint16_t reserved = 0;
+  uint16_t fine = 0;  // whether something finer than the cell is to be drawn, be it there or not
 };
 static_assert(sizeof(RasterCell) == 40);
 

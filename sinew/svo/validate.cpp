@@ -54,7 +54,7 @@ std::string problem_of_voxels(const Svo& svo, size_t voxels) {
   }
   if (svo.color_ends.size() != svo.bricks.size()) return "bricks: two ends of colours each";
   if (svo.color_selectors.size() != (voxels + 15) / 16) return "voxels: two bits of colour each";
-  if (voxels % 16 != 0 && svo.color_selectors.back() >> (2 * (voxels % 16)) != 0) {
+  if (!svo.paging && voxels % 16 != 0 && svo.color_selectors.back() >> (2 * (voxels % 16)) != 0) {
     return "voxels: bits of colour behind the last";
   }
   return {};
@@ -126,6 +126,7 @@ struct CellCursor {
 bool in_grid(const Svo& svo, const SvoBlock& block, const SvoCell& cell, uint32_t brick,
              uint64_t mask);
 
+// All but its bricks.
 std::string problem_of_cell(const Svo& svo, const SvoBlock& block, const SvoBlock& next, size_t c,
                             CellCursor& cursor) {
   const SvoCell& cell = svo.cells[c];
@@ -150,6 +151,17 @@ std::string problem_of_cell(const Svo& svo, const SvoBlock& block, const SvoBloc
   if (bricks == 0 || bricks > next.first_brick - block.first_brick - cursor.brick) {
     return at("cell", c, "no bricks, or too many");
   }
+  if (cell.voxels < bricks || cell.voxels > 64 * bricks ||
+      cell.voxels > next.first_voxel - block.first_voxel - cursor.voxel) {
+    return at("cell", c, "the count of voxels");
+  }
+  cursor.brick += bricks;
+  cursor.voxel += cell.voxels;
+  return {};
+}
+
+std::string problem_of_bricks(const Svo& svo, const SvoBlock& block, size_t c) {
+  const SvoCell& cell = svo.cells[c];
   const uint64_t* mask = &svo.bricks[block.first_brick + cell.first_brick];
   uint32_t voxels = 0;
   for (uint32_t brick = 0; brick < 8; ++brick) {
@@ -158,10 +170,7 @@ std::string problem_of_cell(const Svo& svo, const SvoBlock& block, const SvoBloc
     if (!in_grid(svo, block, cell, brick, *mask)) return at("cell", c, "outside of the grid");
     voxels += static_cast<uint32_t>(std::popcount(*mask++));
   }
-  if (voxels != cell.voxels) return at("cell", c, "the count of voxels");
-  cursor.brick += bricks;
-  cursor.voxel += voxels;
-  return {};
+  return voxels == cell.voxels ? std::string() : at("cell", c, "the count of voxels");
 }
 
 // Whether the brick's voxels lie within the resolution.
@@ -184,6 +193,7 @@ std::string problem_of_cells(const Svo& svo, size_t b) {
   CellCursor cursor;
   for (size_t c = block.first_cell; c < next.first_cell; ++c) {
     std::string problem = problem_of_cell(svo, block, next, c, cursor);
+    if (problem.empty() && !svo.paging) problem = problem_of_bricks(svo, block, c);
     if (!problem.empty()) return problem;
   }
   const bool ends = cursor.brick == next.first_brick - block.first_brick &&
@@ -298,6 +308,15 @@ std::string problem_of_nodes(const Svo& svo) {
 }
 
 }  // namespace
+
+std::string validate_bricks(const Svo& svo, uint32_t block) {
+  std::string problem;
+  for (size_t c = svo.blocks[block].first_cell;
+       c < svo.blocks[block + 1].first_cell && problem.empty(); ++c) {
+    problem = problem_of_bricks(svo, svo.blocks[block], c);
+  }
+  return problem;
+}
 
 std::string validate(const Svo& svo) {
   std::string problem = problem_of_grid(svo);

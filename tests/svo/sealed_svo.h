@@ -15,7 +15,7 @@ namespace sinew::test {
 struct UnsealedSvo {
   uint32_t flags = 0;
   std::vector<uint8_t> head;  // without the sizes and checksums of pages, which it ends with
-  std::vector<std::vector<uint8_t>> pages;
+  std::vector<std::vector<uint8_t>> pages;  // skeletons, then details
 };
 
 inline constexpr size_t kSealPerPage = 4 + 4 + 8;
@@ -34,6 +34,12 @@ void put_planes(std::vector<uint8_t>& out, const std::vector<T>& values) {
   }
 }
 
+template <class T>
+std::vector<T> slice(const std::vector<T>& values, size_t from, size_t to) {
+  return {values.begin() + static_cast<ptrdiff_t>(from),
+          values.begin() + static_cast<ptrdiff_t>(to)};
+}
+
 inline std::vector<uint8_t> seal(const UnsealedSvo& parts) {
   std::vector<uint8_t> pages, head = parts.head;
   std::vector<uint32_t> unpacked_sizes, sizes;
@@ -45,11 +51,15 @@ inline std::vector<uint8_t> seal(const UnsealedSvo& parts) {
     sums.push_back(checksum(packed));
     pages.insert(pages.end(), packed.begin(), packed.end());
   }
-  put_planes(head, unpacked_sizes);
-  put_planes(head, sizes);
-  put_planes(head, sums);
+  const size_t half = parts.pages.size() / 2;
+  for (const size_t from : {size_t{0}, half}) {
+    const size_t to = from == 0 ? half : parts.pages.size();
+    put_planes(head, slice(unpacked_sizes, from, to));
+    put_planes(head, slice(sizes, from, to));
+    put_planes(head, slice(sums, from, to));
+  }
   const std::vector<uint8_t> packed = pack(head, {}, 1).bytes;
-  std::vector<uint8_t> out = {'s', 'v', 'o', '1'};
+  std::vector<uint8_t> out = {'s', 'v', 'o', '2'};
   put(out, parts.flags);
   put(out, uint64_t{48} + packed.size() + pages.size());
   put(out, uint64_t{head.size()});
@@ -70,10 +80,12 @@ inline UnsealedSvo unseal(std::span<const uint8_t> bytes) {
   std::memcpy(&packed, bytes.data() + 24, 8);
   parts.head.resize(unpacked);
   unpack(bytes.subspan(48, packed), parts.head);
-  parts.head.resize(unpacked - kSealPerPage * index.pages.size());
-  for (const SvoPage& page : index.pages) {
-    std::vector<uint8_t>& raw = parts.pages.emplace_back(page.unpacked);
-    unpack(bytes.subspan(page.offset, page.packed), raw);
+  parts.head.resize(unpacked - kSealPerPage * 2 * index.details.size());
+  for (const std::vector<SvoPage>* const pages : {&index.skeletons, &index.details}) {
+    for (const SvoPage& page : *pages) {
+      std::vector<uint8_t>& raw = parts.pages.emplace_back(page.unpacked);
+      unpack(bytes.subspan(page.offset, page.packed), raw);
+    }
   }
   return parts;
 }

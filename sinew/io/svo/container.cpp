@@ -12,7 +12,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little);
 
 constexpr char kMagic[8] = {'s', 'i', 'n', 'e', 'w', 's', 'v', 'o'};
-constexpr uint32_t kVersion = 1;
+constexpr uint32_t kVersion = 2;
 
 struct Header {
   char magic[8];
@@ -43,7 +43,7 @@ tl::unexpected<Error> damaged(std::string problem) {
 
 }  // namespace
 
-Result<Sections> find_sections(std::span<const uint8_t> bytes) {
+Result<uint64_t> table_end(std::span<const uint8_t> bytes, uint64_t size) {
   Header header;
   if (bytes.size() < sizeof(kMagic) || std::memcmp(bytes.data(), kMagic, sizeof(kMagic)) != 0) {
     return damaged("is no .svo file of sinew");
@@ -54,31 +54,47 @@ Result<Sections> find_sections(std::span<const uint8_t> bytes) {
     return damaged("is of version " + std::to_string(header.version) + ", this program reads " +
                    std::to_string(kVersion));
   }
-  if (header.size != bytes.size()) {
-    return damaged("has " + std::to_string(bytes.size()) + " bytes, not " +
-                   std::to_string(header.size));
+  if (header.size != size) {
+    return damaged("has " + std::to_string(size) + " bytes, not " + std::to_string(header.size));
   }
-  const uint64_t table_size = 8 * (uint64_t{header.octrees} + 1);
-  std::span<const uint8_t> left = bytes.subspan(sizeof(Header));
-  if (left.size() < table_size) return damaged("ends too soon");
-  const std::span<const uint8_t> table = left.first(table_size);
+  const uint64_t end = sizeof(Header) + 8 * (uint64_t{header.octrees} + 1);
+  if (size < end) return damaged("ends too soon");
+  return end;
+}
+
+Result<SectionTable> read_table(std::span<const uint8_t> bytes, uint64_t size) {
+  SINEW_TRY(const uint64_t end, table_end(bytes, size));
+  if (bytes.size() < end) return damaged("ends too soon");
+  Header header;
+  std::memcpy(&header, bytes.data(), sizeof(Header));
+  const std::span<const uint8_t> table = bytes.subspan(sizeof(Header), end - sizeof(Header));
   if (checksum_of(header, table) != header.checksum) {
     return damaged("is damaged: the header's checksum does not fit");
   }
-  left = left.subspan(table_size);
-  Sections sections;
+  SectionTable sections;
+  uint64_t at = end;
   for (uint64_t i = 0; i <= header.octrees; ++i) {
-    uint64_t size = 0;
-    std::memcpy(&size, table.data() + 8 * i, 8);
-    if (size > left.size()) return damaged("ends too soon");
+    SectionPlace place{at, 0};
+    std::memcpy(&place.size, table.data() + 8 * i, 8);
+    if (place.size > size - at) return damaged("ends too soon");
+    at += place.size;
     if (i == 0) {
-      sections.scene = left.first(size);
+      sections.scene = place;
     } else {
-      sections.octrees.push_back(left.first(size));
+      sections.octrees.push_back(place);
     }
-    left = left.subspan(size);
   }
-  if (!left.empty()) return damaged("has bytes after its end");
+  if (at != size) return damaged("has bytes after its end");
+  return sections;
+}
+
+Result<Sections> find_sections(std::span<const uint8_t> bytes) {
+  SINEW_TRY(const SectionTable table, read_table(bytes, bytes.size()));
+  Sections sections;
+  sections.scene = bytes.subspan(table.scene.offset, table.scene.size);
+  for (const SectionPlace& place : table.octrees) {
+    sections.octrees.push_back(bytes.subspan(place.offset, place.size));
+  }
   return sections;
 }
 

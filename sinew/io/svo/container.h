@@ -14,6 +14,22 @@ struct Sections {
   std::vector<std::span<const uint8_t>> octrees;  // encoded
 };
 
+struct SectionPlace {
+  uint64_t offset = 0;  // in the file
+  uint64_t size = 0;
+};
+struct SectionTable {
+  SectionPlace scene;
+  std::vector<SectionPlace> octrees;
+};
+
+// For who reads a file of `size` bytes part by part: where its table ends, from the first
+// kContainerHeader bytes; and the table from the bytes before that. Errors (bad_input) name no
+// file.
+inline constexpr size_t kContainerHeader = 32;
+Result<uint64_t> table_end(std::span<const uint8_t> bytes, uint64_t size);
+Result<SectionTable> read_table(std::span<const uint8_t> bytes, uint64_t size);
+
 // Errors (bad_input) name no file.
 Result<Sections> find_sections(std::span<const uint8_t> bytes);
 

@@ -2,7 +2,7 @@
 //
 //   offset  bytes  little endian
 //        0      8  "sinewsvo"
-//        8      4  version (1)
+//        8      4  version (2; 1 had one page a block)
 //       12      4  octrees
 //       16      8  size of the file
 //       24      8  XXH3-64 of the rest of the header and of the table
