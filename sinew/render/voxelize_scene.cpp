@@ -287,7 +287,7 @@ class SceneVoxelizer {
     SvoPartsOptions parts;
     return_free_memory();
     parts.standing = standing_bytes();
-    parts.memory = options_.memory_limit - std::min(options_.memory_limit, parts.standing);
+    parts.memory = options_.memory_limit;
     parts.on_part = options_.on_part;
     parts.take = [&](const Svo& part) {
       report.voxels += part.voxel_count();

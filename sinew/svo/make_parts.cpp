@@ -18,10 +18,12 @@ namespace {
 // Memory that a fragment takes at the worst moment, in bytes, by measurement with a margin: of a
 // run's own blocks from fragments to packed pages that are read again; of those around, fragments
 // and sheets.
-constexpr uint64_t kOwnBytes = 96, kBorderBytes = 56;
+constexpr uint64_t kOwnBytes = 64, kBorderBytes = 44;
+// What morph targets add, a fragment: two corners a cell of 64 voxels, each thrice.
+constexpr double kTargetBytes = 0.5;
 constexpr uint64_t kBlockBytes = 32 << 10;   // of a block beside
 constexpr uint64_t kThreadBytes = 16 << 20;  // of a thread: what it marks and packs
-constexpr uint64_t kInsideBytes = 160;       // of a voxel of solid filling
+constexpr uint64_t kInsideBytes = 48;        // of a voxel of solid filling
 
 // Blocks [begin, end) of SurfaceVoxelizer::blocks().
 struct Run {
@@ -35,6 +37,7 @@ class PartsMaker {
         codes_(surface.blocks()),
         source_(source),
         options_(options),
+        budget_(options.memory - std::min(options.memory, options.standing)),
         lattice_(lattice_source(surface.grid(), source)) {}
 
   Result<SvoPartsMade> run() {
@@ -61,10 +64,10 @@ class PartsMaker {
   }
 
   tl::unexpected<Error> no_memory(uint64_t needed, const char* what) const {
-    const uint64_t least = (needed + options_.standing + (1 << 20) - 1) >> 20;
+    const uint64_t least = (needed + options_.standing + (2 << 20) - 1) >> 20;
     return fail({ErrorKind::runtime, "", "",
                  fmt::format("more memory than {} MiB is needed for {}: {} MiB at least",
-                             (options_.memory + options_.standing) >> 20, what, least),
+                             options_.memory >> 20, what, least),
                  fmt::format("give --memory-limit {}M or more, or make voxels larger", least)});
   }
 
@@ -83,7 +86,10 @@ class PartsMaker {
     }
   }
 
-  uint64_t own_cost(uint32_t block) const { return kOwnBytes * counts_[block] + kBlockBytes; }
+  uint64_t own_cost(uint32_t block) const {
+    const auto deltas = static_cast<uint64_t>(kTargetBytes * lattice_.targets);
+    return (kOwnBytes + deltas) * counts_[block] + kBlockBytes;
+  }
   uint64_t border_cost(uint32_t block) const { return kBorderBytes * counts_[block] + kBlockBytes; }
 
   // As few runs as the memory allows, from the front.
@@ -103,7 +109,7 @@ class PartsMaker {
         for_each_around(b, [&](uint32_t i) {
           if (run_of[i] != number()) next += border_cost(i);
         });
-        if (next <= options_.memory) {
+        if (next <= budget_) {
           cost = next;
           runs_.back().end = b + 1;
         }
@@ -115,7 +121,7 @@ class PartsMaker {
       run_of[b] = number();
       for_each_around(b, [&](uint32_t i) { run_of[i] = number(); });
     }
-    if (least > options_.memory) return no_memory(least, "one block of voxels and those around");
+    if (least > budget_) return no_memory(least, "one block of voxels and those around");
     return {};
   }
 
@@ -225,7 +231,7 @@ class PartsMaker {
     if (!go_on(0)) return ended();
     SINEW_TRY(VoxelSurface surface, surface_.all());
     const uint64_t needed = kInsideBytes * surface.fragments.size();
-    if (needed > options_.memory) return no_memory(needed, "a solid, which is made as a whole");
+    if (needed > budget_) return no_memory(needed, "a solid, which is made as a whole");
     SINEW_TRY(Svo whole, make_svo(surface, source_));
     made_.fragments = surface.fragments.size();
     made_.parts = 1;
@@ -248,6 +254,7 @@ class PartsMaker {
   std::span<const uint32_t> codes_;
   const SvoSource& source_;
   const SvoPartsOptions& options_;
+  uint64_t budget_;
   LatticeSource lattice_;
   std::vector<float> units_;
   std::vector<uint64_t> counts_;  // fragments, one a block

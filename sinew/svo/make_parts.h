@@ -17,8 +17,8 @@
 namespace sinew {
 
 struct SvoPartsOptions {
-  uint64_t memory = uint64_t{8} << 30;  // bytes that the work may take
-  uint64_t standing = 0;                // bytes that count beside, for what errors say
+  uint64_t memory = uint64_t{8} << 30;  // bytes, of which ...
+  uint64_t standing = 0;                // ... so many are taken already
   // Called before each run, with the blocks that are done; false ends the work with an error.
   std::function<bool(size_t blocks_done, size_t blocks)> on_part;
   // Gets the octrees, one after the other. Each holds blocks, rising, and the nodes above them.

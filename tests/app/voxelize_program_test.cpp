@@ -1,5 +1,6 @@
 // `sinew voxelize`.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
 
@@ -45,6 +46,61 @@ TEST(VoxelizeProgram, SameFileForAnyNumberOfThreads) {
     if (first.empty()) first = slurp(out);
     EXPECT_EQ(slurp(out), first);
   }
+}
+
+// A soft limit on the size of files, which programs inherit, while it lives.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST(VoxelizeProgram, AFullDiskLeavesTheOldFile) {
+  TemporaryFolder folder;
+  const std::string out = folder.write("box.svo", "old"),
+                    input = folder.write("b.obj", small_obj());
+  const size_t files = folder.file_count();
+  for (const rlim_t bytes : {2000, 60000}) {  // of a spool; of the file that they become
+    Outcome outcome;
+    {
+      const FileSizeLimit limit(bytes);
+      outcome = run_sinew({"voxelize", input, "-o", out, "--resolution", "200"});
+    }
+    EXPECT_EQ(outcome.exit_code, 4) << outcome.err;
+    expect_contains(outcome.err, "cannot be written");
+    EXPECT_EQ(slurp(out), "old");
+    EXPECT_EQ(folder.file_count(), files);
+  }
+  EXPECT_EQ(run_sinew({"voxelize", input, "-o", out, "--resolution", "200"}).exit_code, 0);
+}
+
+TEST(VoxelizeProgram, SameFileWhateverTheMemory) {
+  TemporaryFolder folder;
+  const std::string report = folder.path("report.json");
+  const auto bytes_with = [&](const char* memory, uint64_t& parts) {
+    const std::string out = folder.path("c.svo");
+    const Outcome outcome =
+        run_sinew({"voxelize", "study:creature,triangles=12000", "-o", out, "--resolution", "800",
+                   "--memory-limit", memory, "--json", report});
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    const auto json = nlohmann::json::parse(slurp(report));
+    parts = json["objects"][0]["parts"];
+    EXPECT_GT(json["peak_bytes"], 1 << 20);
+    return slurp(out);
+  };
+  uint64_t one = 0, many = 0;
+  const std::string at_once = bytes_with("4G", one);
+  EXPECT_TRUE(bytes_with("192M", many) == at_once);
+  EXPECT_EQ(one, 1u);
+  EXPECT_GT(many, 1u);
 }
 
 TEST(VoxelizeProgram, ClipsBecomeFramesOfVox) {
