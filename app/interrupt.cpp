@@ -44,6 +44,7 @@ void watch_signals() {
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   // A reader that closed its end of a pipe is an output error, not a silent death.
   signal(SIGPIPE, SIG_IGN);
+  signal(SIGXFSZ, SIG_IGN);  // writing too large a file is an error like others
   std::thread(wait_and_leave, signals).detach();
 }
 

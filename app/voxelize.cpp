@@ -15,6 +15,7 @@
 #include "app/validators.h"
 #include "app/values.h"
 #include "app/voxelize_report.h"
+#include "sinew/base/memory_use.h"
 #include "sinew/base/parallel.h"
 #include "sinew/io/load.h"
 #include "sinew/io/output_file.h"
@@ -110,8 +111,19 @@ VoxelizedObjectReport row_of(const std::string& name, const uvec3& resolution) {
 
 Result<void> write_svo(VoxelizeJob& job, const Scene& scene, VoxelizeReport& report) {
   std::optional<StatusLine> line(std::in_place);
+  SvoStore store(job.output, {});
+  OctreeTaker taker{[&](const Svo& part) { return store.add(part); },
+                    [&](const Svo& outline) { return store.finish(outline); }};
+  job.voxels.taker = &taker;
+  job.voxels.whole_process = true;
+  std::string octree_name;
   job.voxels.on_octree = [&](uint32_t i, uint32_t count, const std::string& name) {
-    line->show(fmt::format("octree {} of {}, {:.40}", i + 1, count, name));
+    octree_name = fmt::format("octree {} of {}, {:.40}", i + 1, count, name);
+    line->show(octree_name);
+    return true;
+  };
+  job.voxels.on_part = [&](size_t done, size_t blocks) {
+    line->show(fmt::format("{}: {} of {} cubes of 64^3 voxels", octree_name, done, blocks));
     return true;
   };
   const auto start = Clock::now();
@@ -123,14 +135,15 @@ Result<void> write_svo(VoxelizeJob& job, const Scene& scene, VoxelizeReport& rep
     row.triangles = octree.triangles;
     row.voxels = octree.voxels;
     row.bytes = octree.bytes;
+    row.parts = octree.parts;
     row.seconds = octree.voxelize_s + octree.octree_s;
     report.voxels += octree.voxels;
     report.objects.push_back(std::move(row));
   }
-  line->show(fmt::format("packing {} voxels", report.voxels));
+  line->show(fmt::format("writing {} voxels", report.voxels));
   report.warnings = made.scene.warnings;
   const Uninterrupted writing;
-  SINEW_TRY(const SavedSvo saved, save_svo(made.scene, job.output));
+  SINEW_TRY(const SavedSvo saved, save_svo(made.scene, store, job.output));
   report.warnings.insert(report.warnings.end(), saved.warnings.begin(), saved.warnings.end());
   if (job.output != "-") report.file_bytes = saved.bytes;
   return {};
@@ -184,6 +197,7 @@ Result<int> voxelize_input(VoxelizeJob& job) {
   report.threads = thread_count();
   SINEW_CHECKED(job.is_vox ? write_vox(job, scene, report) : write_svo(job, scene, report));
   report.total_s = seconds_since(start);
+  report.peak_bytes = peak_resident_bytes();
   print_warnings(report.warnings);
   if (!job.json.empty()) SINEW_CHECKED(write_file(job.json, json_of(report)));
   if (job.output != "-" && job.json != "-") SINEW_CHECKED(write_file("-", table_of(report)));
@@ -230,7 +244,8 @@ Run define_voxelize(CLI::App& app) {
       ->needs(clip);
   app.add_option("--threads", job->threads, "At most so many (default: 0, all)")
       ->check(whole_number_in(0, 4096));
-  app.add_option("--memory-limit", job->memory, "2G, 512M ... (default: 8G)");
+  app.add_option("--memory-limit", job->memory,
+                 "2G, 512M ... (default: 8G): a .svo is made in parts that keep to it");
   app.add_option("--json", job->json, "Write a report; - for standard output");
   app.add_flag("--strict", job->load.strict,
                "Fail if the file holds something that is not supported");

@@ -50,6 +50,7 @@ std::string json_of(const VoxelizeReport& report) {
     row["voxels"] = o.voxels;
     if (o.bytes > 0) {
       row["bytes"] = o.bytes;
+      row["parts"] = o.parts;
       row["bytes_per_voxel"] = each(o.bytes, o.voxels);
       row["seconds"] = o.seconds;
     }
@@ -68,6 +69,7 @@ std::string json_of(const VoxelizeReport& report) {
   out["file_bytes"] = report.file_bytes;
   out["voxelize_s"] = report.make_s;
   out["voxels_per_s"] = ratio(static_cast<double>(report.voxels), report.make_s);
+  out["peak_bytes"] = report.peak_bytes;
   out["total_s"] = report.total_s;
   out["warnings"] = report.warnings;
   return json_text(out);

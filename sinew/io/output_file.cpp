@@ -7,11 +7,13 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <new>
+#include <vector>
 
 #include "sinew/base/check.h"
 
@@ -56,6 +58,10 @@ tl::unexpected<Error> output_error(const std::string& path, int error_number) {
     case EROFS:
       error.problem += "no permission";
       error.remedy = "choose a folder you may write to";
+      break;
+    case EFBIG:
+      error.problem += "it would be larger than files may be here";
+      error.remedy = "raise the limit (ulimit -f) or choose another disk";
       break;
     case ENOSPC:
     case EDQUOT:
@@ -109,7 +115,7 @@ int open_temporary(const std::filesystem::path& target, std::filesystem::path& n
   for (int attempt = 0; attempt < 1000; ++attempt) {
     name = target.parent_path() / (".sinew-" + std::to_string(::getpid()) + "-" +
                                    std::to_string(counter.fetch_add(1)) + ".tmp");
-    const int fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+    const int fd = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (fd >= 0 || errno != EEXIST) return fd;
   }
   return -1;
@@ -174,6 +180,58 @@ Result<void> OutputFile::publish() {
   if (temporary_.empty()) return {};
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) return output_error(path_, errno);
   temporary_.clear();
+  return {};
+}
+
+Result<SpoolFile> SpoolFile::create(const std::string& path) {
+  std::filesystem::path beside;
+  bool is_special = path == "-";
+  if (!is_special) {
+    SINEW_TRY(const Target target, find_target(path));
+    beside = target.path;
+    is_special = target.special;
+  }
+  if (is_special) {
+    std::error_code ignored;
+    beside = std::filesystem::temp_directory_path(ignored) / "spool";
+  }
+  SpoolFile file;
+  file.path_ = path == "-" ? "standard output" : path;
+  std::filesystem::path name;
+  file.fd_ = open_temporary(beside, name);
+  if (file.fd_ < 0) return output_error(file.path_, errno);
+  ::unlink(name.c_str());
+  return file;
+}
+
+SpoolFile& SpoolFile::operator=(SpoolFile&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(fd_, other.fd_);
+  std::swap(size_, other.size_);
+  return *this;
+}
+
+SpoolFile::~SpoolFile() {
+  if (fd_ >= 0) Descriptor(std::exchange(fd_, -1)).close();
+}
+
+Result<void> SpoolFile::write(std::span<const uint8_t> bytes) {
+  SINEW_CHECK(fd_ >= 0);
+  if (const int problem = write_all(fd_, bytes); problem != 0) return output_error(path_, problem);
+  size_ += bytes.size();
+  return {};
+}
+
+Result<void> SpoolFile::copy_to(OutputFile& file) const {
+  std::vector<uint8_t> buffer(1 << 20);
+  for (uint64_t at = 0; at < size_;) {
+    const size_t wanted = static_cast<size_t>(std::min<uint64_t>(buffer.size(), size_ - at));
+    const ssize_t count = ::pread(fd_, buffer.data(), wanted, static_cast<off_t>(at));
+    if (count < 0 && errno == EINTR) continue;
+    if (count <= 0) return output_error(path_, count < 0 ? errno : EIO);
+    SINEW_CHECKED(file.write({buffer.data(), static_cast<size_t>(count)}));
+    at += static_cast<uint64_t>(count);
+  }
   return {};
 }
 

@@ -48,6 +48,28 @@ class OutputFile {
   uint64_t size_ = 0;
 };
 
+// Bytes that wait on disk for their place in an output: a file beside it that has no name, so that
+// nothing is left of it, whatever happens.
+class SpoolFile {
+ public:
+  // `path` is the output's: the spool goes into its folder, or to the folder for temporary files if
+  // the output is "-", a device or a pipe.
+  static Result<SpoolFile> create(const std::string& path);
+  SpoolFile(SpoolFile&& other) noexcept { *this = std::move(other); }
+  SpoolFile& operator=(SpoolFile&& other) noexcept;
+  ~SpoolFile();
+
+  Result<void> write(std::span<const uint8_t> bytes);
+  Result<void> copy_to(OutputFile& file) const;  // all of it
+  uint64_t size() const { return size_; }
+
+ private:
+  SpoolFile() = default;
+  std::string path_;  // as the user named it
+  int fd_ = -1;
+  uint64_t size_ = 0;
+};
+
 // Whether write_file(path) can work: to be asked before long work whose result goes there.
 Result<void> check_writable(const std::string& path);
 

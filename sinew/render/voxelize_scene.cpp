@@ -9,9 +9,11 @@
 #include <limits>
 #include <map>
 
+#include "sinew/base/memory_use.h"
 #include "sinew/math/srgb.h"
 #include "sinew/render/voxel_looks.h"
 #include "sinew/scene/sample.h"
+#include "sinew/svo/make_parts.h"
 #include "sinew/svo/rims.h"
 
 namespace sinew {
@@ -72,33 +74,52 @@ Error named(Error error, const std::string& name) {
   return error;
 }
 
+std::vector<uint16_t> materials_of(const Mesh& mesh) {
+  std::vector<uint16_t> materials(mesh.triangles.size());
+  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
+    materials[i] = static_cast<uint16_t>(mesh.material_of(i));
+  }
+  return materials;
+}
+
 // `voxel`: the side in the object's space; 0: the resolution counts.
-Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float voxel,
-                                      const VoxelizeSceneOptions& options, LookTextures& textures) {
-  const SceneObject& object = scene.objects[index];
-  const Mesh& mesh = scene.meshes[object.mesh];
+Result<VoxelGrid> choose_grid(const Scene& scene, const Mesh& mesh, float voxel,
+                              const VoxelizeSceneOptions& options) {
   if (scene.materials.size() > std::numeric_limits<uint16_t>::max()) {
     return fail({ErrorKind::bad_input, scene.name, "", "more materials than octrees can name", ""});
   }
   const Box box = surface_box(mesh.positions, mesh.triangles);
-  SINEW_TRY(const VoxelGrid grid, voxel > 0.0f ? grid_of_voxels(box, voxel)
-                                               : grid_of_resolution(box, options.resolution));
+  return voxel > 0.0f ? grid_of_voxels(box, voxel) : grid_of_resolution(box, options.resolution);
+}
+
+// Thin shells reach beyond open edges and sharp folds.
+std::vector<uint8_t> rims_of(const Mesh& mesh, const VoxelizeSceneOptions& options) {
+  if (options.shell != Shell::thin) return {};
+  return rim_triangles(mesh.positions, mesh.triangles);
+}
+
+VoxelizeOptions surface_options(const VoxelizeSceneOptions& options, std::span<const uint8_t> rims,
+                                const MeshLooks& looks) {
+  return {.shell = options.shell,
+          .rims = rims,
+          .solid = options.solid,
+          .inside_color = looks.mean_color(),
+          .memory_limit = options.memory_limit};
+}
+
+Result<VoxelizedObject> voxelize_with(const Scene& scene, uint32_t index, float voxel,
+                                      const VoxelizeSceneOptions& options, LookTextures& textures) {
+  const SceneObject& object = scene.objects[index];
+  const Mesh& mesh = scene.meshes[object.mesh];
+  SINEW_TRY(const VoxelGrid grid, choose_grid(scene, mesh, voxel, options));
   textures.prepare(mesh, grid.voxel);
   const MeshLooks looks(scene, mesh, textures);
   VoxelizedObject out;
-  std::vector<uint8_t> rims;
-  if (options.shell == Shell::thin) rims = rim_triangles(mesh.positions, mesh.triangles);
+  const std::vector<uint8_t> rims = rims_of(mesh, options);
   SINEW_TRY(out.surface, voxelize(mesh.positions, mesh.triangles, grid, looks,
-                                  {.shell = options.shell,
-                                   .rims = rims,
-                                   .solid = options.solid,
-                                   .inside_color = looks.mean_color(),
-                                   .memory_limit = options.memory_limit}));
+                                  surface_options(options, rims, looks)));
   out.triangles = mesh.triangles;
-  out.materials.resize(mesh.triangles.size());
-  for (uint32_t i = 0; i < mesh.triangles.size(); ++i) {
-    out.materials[i] = static_cast<uint16_t>(mesh.material_of(i));
-  }
+  out.materials = materials_of(mesh);
   out.motion = motion_of_voxels(mesh, object.skin >= 0);
   return out;
 }
@@ -219,34 +240,85 @@ class SceneVoxelizer {
   }
 
   Result<void> make_octree(const OctreeJob& job, const std::string& name) {
-    const SceneObject& object = from_.objects[job.object];
-    const Mesh& mesh = from_.meshes[object.mesh];
+    const Mesh& mesh = from_.meshes[from_.objects[job.object].mesh];
     const bool own = options_.each && !(options_.voxel > 0.0);
-    const auto start = Clock::now();
-    SINEW_TRY(
-        const VoxelizedObject made,
-        voxelize_with(from_, job.object, own ? 0.0f : static_cast<float>(out_.voxel / job.scale),
-                      options_, textures_));
+    const float voxel = own ? 0.0f : static_cast<float>(out_.voxel / job.scale);
     OctreeReport report;
-    report.voxelize_s = seconds_since(start);
-    const auto between = Clock::now();
-    SINEW_TRY(Svo octree, make_svo(made.surface, made.source()));
-    report.octree_s = seconds_since(between);
+    report.name = name;
+    report.triangles = mesh.triangles.size();
+    SINEW_TRY(Svo octree, options_.taker != nullptr ? make_by_parts(job, voxel, name, report)
+                                                    : make_at_once(job, voxel, name, report));
+    report.resolution = octree.grid.resolution;
+    report.voxel = octree.grid.voxel;
+    out_.octrees.push_back(std::move(report));
+    out_.scene.octrees.push_back(std::move(octree));
+    return {};
+  }
+
+  static void set_name(const Mesh& mesh, const std::string& name, Svo& octree) {
     octree.name = name;
     octree.morph_weights.resize(octree.morph_targets, 0.0f);
     std::copy_n(mesh.morph_weights.begin(),
                 std::min(mesh.morph_weights.size(), octree.morph_weights.size()),
                 octree.morph_weights.begin());
-    report.name = name;
-    report.resolution = octree.grid.resolution;
-    report.voxel = octree.grid.voxel;
-    report.triangles = mesh.triangles.size();
+  }
+
+  Result<Svo> make_at_once(const OctreeJob& job, float voxel, const std::string& name,
+                           OctreeReport& report) {
+    const auto start = Clock::now();
+    SINEW_TRY(const VoxelizedObject made,
+              voxelize_with(from_, job.object, voxel, options_, textures_));
+    report.voxelize_s = seconds_since(start);
+    const auto between = Clock::now();
+    SINEW_TRY(Svo octree, make_svo(made.surface, made.source()));
+    report.octree_s = seconds_since(between);
+    set_name(from_.meshes[from_.objects[job.object].mesh], name, octree);
     report.fragments = made.surface.fragments.size();
     report.voxels = octree.voxel_count();
     report.bytes = octree.bytes();
-    out_.octrees.push_back(std::move(report));
-    out_.scene.octrees.push_back(std::move(octree));
-    return {};
+    return octree;
+  }
+
+  // Bytes of the limit that are taken before an octree is begun.
+  uint64_t standing_bytes() const { return options_.whole_process ? resident_bytes() : 0; }
+
+  // Returns what the scene around has to know of it.
+  Result<Svo> make_by_parts(const OctreeJob& job, float voxel, const std::string& name,
+                            OctreeReport& report) {
+    const auto start = Clock::now();
+    const SceneObject& object = from_.objects[job.object];
+    const Mesh& mesh = from_.meshes[object.mesh];
+    SINEW_TRY(const VoxelGrid grid, choose_grid(from_, mesh, voxel, options_));
+    textures_.prepare(mesh, grid.voxel);
+    const MeshLooks looks(from_, mesh, textures_);
+    const std::vector<uint8_t> rims = rims_of(mesh, options_);
+    SurfaceVoxelizer surface(mesh.positions, mesh.triangles, grid, looks,
+                             surface_options(options_, rims, looks));
+    const std::vector<uint16_t> materials = materials_of(mesh);
+    SvoPartsOptions parts;
+    return_free_memory();
+    parts.standing = standing_bytes();
+    parts.memory = options_.memory_limit;
+    parts.on_part = options_.on_part;
+    parts.take = [&](const Svo& part) {
+      report.voxels += part.voxel_count();
+      return options_.taker->part(part);
+    };
+    SINEW_TRY(
+        SvoPartsMade made,
+        make_svo_by_parts(
+            surface, {mesh.triangles, materials, motion_of_voxels(mesh, object.skin >= 0)}, parts));
+    set_name(mesh, name, made.outline);
+    SINEW_CHECKED(options_.taker->outline(made.outline));
+    report.voxelize_s = seconds_since(start);
+    report.fragments = made.fragments;
+    report.bytes = made.bytes;
+    report.parts = made.parts;
+    Svo hollow = std::move(made.outline);
+    hollow.nodes.clear();
+    hollow.node_level = {};
+    hollow.blocks.clear();
+    return hollow;
   }
 
   // Nodes of chosen objects show octrees instead of meshes.

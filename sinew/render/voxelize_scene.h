@@ -14,6 +14,12 @@
 
 namespace sinew {
 
+// Takes octrees that come in parts: see SvoPartsOptions::take. The outline ends an octree.
+struct OctreeTaker {
+  std::function<Result<void>(const Svo& part)> part;
+  std::function<Result<void>(const Svo& outline)> outline;
+};
+
 struct VoxelizeSceneOptions {
   uint32_t resolution = 512;  // 1 to kHighestResolution voxels along the longest side of the chosen
                               // objects' common box at rest, in the world
@@ -24,6 +30,12 @@ struct VoxelizeSceneOptions {
   std::vector<uint8_t> chosen;  // one an object; 0: it stays a mesh. Empty: all are chosen
   bool keep_meshes = true;      // else objects that are not chosen lose their meshes
   uint64_t memory_limit = uint64_t{8} << 30;  // bytes
+  // If there is one, octrees are made in parts, as large as the memory allows, and given to it;
+  // VoxelizedScene::scene has them without their voxels.
+  OctreeTaker* taker = nullptr;
+  bool whole_process = false;  // with a taker: what the process holds already counts in the limit
+  // Called before each part of an octree; false ends the work with an error.
+  std::function<bool(size_t blocks_done, size_t blocks)> on_part;
   // Called before each octree that is made; false ends the work with an error.
   std::function<bool(uint32_t octree, uint32_t octrees, const std::string& name)> on_octree;
 };
@@ -50,7 +62,8 @@ struct OctreeReport {
   uint64_t triangles = 0;
   uint64_t fragments = 0;  // pairs of voxels and triangles
   uint64_t voxels = 0;
-  uint64_t bytes = 0;  // in memory
+  uint64_t bytes = 0;  // in memory, of the whole
+  uint64_t parts = 1;  // in which it was made
   double voxelize_s = 0.0, octree_s = 0.0;
 };
 

@@ -76,4 +76,7 @@ struct SvoFrame {
 // Parts in Morton order, none without cells. An error if the octree is too large for the format.
 Result<Svo> join_parts(const SvoFrame& frame, std::span<const BlockPart> parts);
 
+// What such an error says.
+tl::unexpected<Error> too_large(const char* what, const char* remedy);
+
 }  // namespace sinew

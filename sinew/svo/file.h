@@ -21,8 +21,10 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sinew/base/error.h"
@@ -69,6 +71,29 @@ struct SvoIndex {
   uint64_t bytes = 0;              // of memory that the octree will take
   uint64_t detail_bytes = 0;       // of these, what details hold
   SvoFileParts parts;
+};
+
+// The same bytes as of encode_svo(), of an octree that comes in parts: octrees that hold blocks of
+// it each, rising, on its grid. The pages go to the sinks at once; what stands before them in the
+// encoded octree is known in the end.
+class SvoEncoder {
+ public:
+  using Sink = std::function<Result<void>(std::span<const uint8_t>)>;
+  SvoEncoder(int effort, Sink skeletons, Sink details)
+      : effort_(effort), skeleton_sink_(std::move(skeletons)), detail_sink_(std::move(details)) {}
+
+  // Errors are those of encode_svo() and of the sinks.
+  Result<void> add(const Svo& part);
+  // `outline`: what the whole octree is but for pages (see SvoIndex::svo), all of whose blocks have
+  // been added. The bytes before the skeletons, with the parts of the whole.
+  EncodedSvo finish(const Svo& outline);
+
+ private:
+  int effort_;
+  Sink skeleton_sink_, detail_sink_;
+  std::vector<SvoPage> skeletons_, details_;
+  SvoFileParts parts_;
+  bool skinned_ = false, colors_ = false;
 };
 
 // Errors of these are bad_input; Error::file is the caller's to fill in. `limit`: bytes of memory.

@@ -17,6 +17,15 @@ struct PackedPage {
 };
 using PackedPages = std::vector<PackedPage>;  // one a block
 
+std::vector<SvoPage> list_pages(const PackedPages& pages) {
+  std::vector<SvoPage> list;
+  for (const PackedPage& page : pages) {
+    list.push_back(
+        {0, page.unpacked, static_cast<uint32_t>(page.bytes.size()), checksum(page.bytes)});
+  }
+  return list;
+}
+
 PackedPage pack_page(const StreamWriter& page, int effort) {
   PackedPage result;
   Packed packed = pack(page.bytes(), page.ends(), effort);
@@ -44,10 +53,10 @@ void write_nodes(const Svo& svo, StreamWriter& out) {
   write_level(svo.node_level, 0, count, Part::tables, out);
 }
 
-void write_table(const PackedPages& pages, StreamWriter& out) {
+void write_table(std::span<const SvoPage> pages, StreamWriter& out) {
   out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].unpacked; });
-  out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].bytes.size(); });
-  out.add<uint64_t>(Part::tables, pages.size(), [&](size_t i) { return checksum(pages[i].bytes); });
+  out.add<uint32_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].packed; });
+  out.add<uint64_t>(Part::tables, pages.size(), [&](size_t i) { return pages[i].checksum; });
 }
 
 void write_blocks(const Svo& svo, StreamWriter& out) {
@@ -67,8 +76,8 @@ void write_blocks(const Svo& svo, StreamWriter& out) {
   }
 }
 
-StreamWriter write_head(const Svo& svo, const PackedPages& skeletons, const PackedPages& details,
-                        SvoFileParts& parts) {
+StreamWriter write_head(const Svo& svo, std::span<const SvoPage> skeletons,
+                        std::span<const SvoPage> details, SvoFileParts& parts) {
   HeadNumbers numbers;
   numbers.name = static_cast<uint32_t>(svo.name.size());
   numbers.voxel = std::bit_cast<uint32_t>(svo.grid.voxel);
@@ -97,6 +106,29 @@ StreamWriter write_head(const Svo& svo, const PackedPages& skeletons, const Pack
   return out;
 }
 
+// What stands before the pages. `parts` are those of the pages.
+std::vector<uint8_t> make_front(const Svo& svo, std::span<const SvoPage> skeletons,
+                                std::span<const SvoPage> details, const PageFormat& format,
+                                int effort, SvoFileParts& parts) {
+  const StreamWriter head = write_head(svo, skeletons, details, parts);
+  const Packed packed = pack(head.bytes(), head.ends(), effort);
+  Header header;
+  header.flags = (format.skinned ? kSkinned : 0) | (format.colors ? kColors : 0) |
+                 (format.levels ? kLevels : 0);
+  header.head_unpacked = head.bytes().size();
+  header.head_packed = packed.bytes.size();
+  header.head_checksum = checksum(packed.bytes);
+  header.size = sizeof(Header) + packed.bytes.size();
+  parts.tables = header.size;
+  for (const SvoPage& page : skeletons) header.size += page.packed;
+  for (const SvoPage& page : details) header.size += page.packed;
+  header.checksum = checksum_of(header);
+  std::vector<uint8_t> bytes(sizeof(Header));
+  std::memcpy(bytes.data(), &header, sizeof(Header));
+  bytes.insert(bytes.end(), packed.bytes.begin(), packed.bytes.end());
+  return bytes;
+}
+
 EncodedSvo encode(const Svo& svo, const PageFormat& format, int effort) {
   PackedPages skeletons(svo.block_count()), details(svo.block_count());
   parallel_for(details.size(), 1, [&](size_t begin, size_t end) {
@@ -112,24 +144,8 @@ EncodedSvo encode(const Svo& svo, const PageFormat& format, int effort) {
   for (const PackedPages* const pages : {&skeletons, &details}) {
     for (const PackedPage& page : *pages) result.parts.add(page.parts);
   }
-  const StreamWriter head = write_head(svo, skeletons, details, result.parts);
-  const Packed packed = pack(head.bytes(), head.ends(), effort);
-  Header header;
-  header.flags = (format.skinned ? kSkinned : 0) | (format.colors ? kColors : 0) |
-                 (format.levels ? kLevels : 0);
-  header.head_unpacked = head.bytes().size();
-  header.head_packed = packed.bytes.size();
-  header.head_checksum = checksum(packed.bytes);
-  header.size = sizeof(Header) + packed.bytes.size();
-  result.parts.tables = header.size;
-  for (const PackedPages* const pages : {&skeletons, &details}) {
-    for (const PackedPage& page : *pages) header.size += page.bytes.size();
-  }
-  header.checksum = checksum_of(header);
-  result.bytes.reserve(header.size);
-  result.bytes.resize(sizeof(Header));
-  std::memcpy(result.bytes.data(), &header, sizeof(Header));
-  result.bytes.insert(result.bytes.end(), packed.bytes.begin(), packed.bytes.end());
+  result.bytes =
+      make_front(svo, list_pages(skeletons), list_pages(details), format, effort, result.parts);
   for (const PackedPages* const pages : {&skeletons, &details}) {
     for (const PackedPage& page : *pages) {
       result.bytes.insert(result.bytes.end(), page.bytes.begin(), page.bytes.end());
@@ -189,6 +205,38 @@ Result<EncodedSvo> encode_svo(const Svo& svo, int effort) {
   }
   return fail({ErrorKind::bad_input, svo.name, "", "its octree is not in the order of the format",
                "make the octree again"});
+}
+
+Result<void> SvoEncoder::add(const Svo& part) {
+  SINEW_TRY(const EncodedSvo encoded, encode_svo(part, effort_));
+  constexpr uint64_t kNoLimit = std::numeric_limits<uint64_t>::max();
+  SINEW_TRY(const SvoIndex index, decode_svo_index(encoded.bytes, kNoLimit));
+  if (index.levels) {
+    return fail({ErrorKind::bad_input, part.name, "",
+                 "level 2 of a part is not what its voxels make", "make the octree again"});
+  }
+  const auto take = [&](std::span<const SvoPage> from, std::vector<SvoPage>& pages,
+                        const Sink& sink) -> Result<void> {
+    uint64_t size = 0;
+    for (const SvoPage& page : from) size += page.packed;
+    pages.insert(pages.end(), from.begin(), from.end());
+    return from.empty() ? Result<void>()
+                        : sink(std::span(encoded.bytes).subspan(from.front().offset, size));
+  };
+  SINEW_CHECKED(take(index.skeletons, skeletons_, skeleton_sink_));
+  SINEW_CHECKED(take(index.details, details_, detail_sink_));
+  skinned_ = index.skinned;
+  colors_ = index.colors;
+  parts_.add(encoded.parts);
+  return {};
+}
+
+EncodedSvo SvoEncoder::finish(const Svo& outline) {
+  EncodedSvo front;
+  front.parts = parts_;
+  front.bytes = svo_file::make_front(outline, skeletons_, details_, {skinned_, colors_, false},
+                                     effort_, front.parts);
+  return front;
 }
 
 }  // namespace sinew

@@ -4,65 +4,11 @@
 
 #include "sinew/base/parallel.h"
 #include "sinew/svo/block_part.h"
+#include "sinew/svo/node_rows.h"
 #include "sinew/svo/visibility.h"
 
 namespace sinew {
 namespace {
-
-// Nodes of one level in Morton order.
-struct NodeRow {
-  std::vector<SvoNode> nodes;
-  std::vector<uint64_t> mortons;
-  std::vector<AttributeSum> sums;
-
-  // Adds a child, the `index`th of its row, to the node that holds it: the last one, or a new one.
-  void add_child(uint64_t morton, uint32_t level, uint32_t index, const AttributeSum& sum) {
-    if (mortons.empty() || mortons.back() != morton) {
-      nodes.push_back({index, 0, static_cast<uint8_t>(level)});
-      mortons.push_back(morton);
-      sums.emplace_back();
-    }
-    ++nodes.back().count;
-    sums.back().add(sum);
-  }
-};
-
-NodeRow row_above_cells(std::span<const BlockPart> parts) {
-  NodeRow row;
-  uint32_t index = 0;
-  for (const BlockPart& part : parts) {
-    for (size_t c = 0; c < part.cells.size(); ++c) {
-      const uint64_t cell = part.morton << 9 | cell_order().of_place[part.cells[c].place];
-      row.add_child(cell >> 3, kCellLevel + 1, index++, part.sums[c]);
-    }
-  }
-  return row;
-}
-
-NodeRow row_above(const NodeRow& below) {
-  NodeRow row;
-  const uint32_t level = below.nodes.front().level + 1u;
-  for (uint32_t i = 0; i < below.nodes.size(); ++i) {
-    row.add_child(below.mortons[i] >> 3, level, i, below.sums[i]);
-  }
-  return row;
-}
-
-// From the root down; children are counted from the beginning of all nodes.
-void make_nodes(std::span<const BlockPart> parts, Svo& svo) {
-  std::vector<NodeRow> rows{row_above_cells(parts)};
-  while (rows.back().nodes.front().level < svo.root_level) rows.push_back(row_above(rows.back()));
-  for (size_t r = rows.size(); r-- > 0;) {
-    const NodeRow& row = rows[r];
-    const uint32_t below = static_cast<uint32_t>(svo.nodes.size() + row.nodes.size());
-    for (size_t i = 0; i < row.nodes.size(); ++i) {
-      SvoNode node = row.nodes[i];
-      if (r > 0) node.first += below;
-      svo.nodes.push_back(node);
-      append_mean(row.sums[i], svo.node_level);
-    }
-  }
-}
 
 // Where the block's part of each buffer begins, in 64 bits.
 struct Offsets {
@@ -195,17 +141,17 @@ void copy_part(const BlockPart& part, std::span<const uint16_t> palette, const O
   }
 }
 
-tl::unexpected<Error> too_large(const char* what, const char* remedy) {
-  return fail(
-      {ErrorKind::bad_input, {}, {}, std::string("the octree has too many ") + what, remedy});
-}
-
 uint32_t level_that_holds(uvec3 resolution) {
   const uint32_t longest = std::max({resolution.x, resolution.y, resolution.z, 1u});
   return std::max<uint32_t>(kBlockLevel, std::bit_width(longest - 1));
 }
 
 }  // namespace
+
+tl::unexpected<Error> too_large(const char* what, const char* remedy) {
+  return fail(
+      {ErrorKind::bad_input, {}, {}, std::string("the octree has too many ") + what, remedy});
+}
 
 Result<Svo> join_parts(const SvoFrame& frame, std::span<const BlockPart> parts) {
   std::vector<std::vector<uint16_t>> palettes(parts.size());
@@ -231,7 +177,9 @@ Result<Svo> join_parts(const SvoFrame& frame, std::span<const BlockPart> parts) 
   svo.morph_weights.assign(frame.morph_targets, 0.0f);
   svo.root_level = level_that_holds(frame.grid.resolution);
   if (parts.empty()) return svo;
-  make_nodes(parts, svo);
+  NodeRows rows;
+  rows.add(parts);
+  rows.finish(svo);
   if (svo.nodes.size() + end.cells > kMostUnits)
     return too_large("cells", "choose a lower resolution");
   for (size_t b = 0; b < parts.size(); ++b) svo.blocks.push_back(block_at(at[b], parts[b].morton));

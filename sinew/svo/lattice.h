@@ -21,4 +21,9 @@ void seed_inside(const LatticeSource& source, std::span<BlockSheets> blocks,
 void make_corners(const LatticeSource& source, std::span<const BlockSheets> blocks, size_t block,
                   std::span<const float> units, BlockPart& part);
 
+// What all blocks of an octree have in common (make_svo.cpp).
+Result<void> check_source(const SvoSource& source);
+std::vector<float> delta_units(const LatticeSource& source);
+SvoFrame frame_of(const LatticeSource& lattice, std::span<const float> units);
+
 }  // namespace sinew

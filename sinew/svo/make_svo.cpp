@@ -12,7 +12,18 @@
 namespace sinew {
 namespace {
 
-Result<void> check_source(const VoxelSurface& surface, const SvoSource& source) {
+Result<void> check_fragments(const VoxelSurface& surface, const SvoSource& source) {
+  uint32_t highest = 0;
+  for (const VoxelFragment& fragment : surface.fragments) {
+    highest = std::max(highest, fragment.triangle == kInside ? 0 : fragment.triangle);
+  }
+  if (source.triangles.size() <= highest) return bad_voxels("a fragment of no such triangle");
+  return {};
+}
+
+}  // namespace
+
+Result<void> check_source(const SvoSource& source) {
   if (const std::string problem = validate(source.motion); !problem.empty()) {
     return bad_voxels(problem);
   }
@@ -23,17 +34,12 @@ Result<void> check_source(const VoxelSurface& surface, const SvoSource& source) 
   for (const uvec3 t : source.triangles) {
     if (std::max({t.x, t.y, t.z}) >= vertices) return bad_voxels("a triangle of no such vertex");
   }
-  uint32_t highest = 0;
-  for (const VoxelFragment& fragment : surface.fragments) {
-    highest = std::max(highest, fragment.triangle == kInside ? 0 : fragment.triangle);
-  }
-  if (source.triangles.size() <= highest) return bad_voxels("a fragment of no such triangle");
   return {};
 }
 
 // So that the largest delta of a target takes all of 16 bits. One for all blocks, for corners that
 // blocks have in common must come out the same.
-std::vector<float> units_of(const LatticeSource& source) {
+std::vector<float> delta_units(const LatticeSource& source) {
   std::vector<float> units(source.targets);
   const size_t stride = source.rest.size();
   parallel_for(source.targets, 1, [&](size_t begin, size_t end) {
@@ -49,13 +55,21 @@ std::vector<float> units_of(const LatticeSource& source) {
   return units;
 }
 
-}  // namespace
+SvoFrame frame_of(const LatticeSource& lattice, std::span<const float> units) {
+  SvoFrame frame;
+  frame.grid = lattice.grid;
+  frame.joints = lattice.skin.influences > 0 ? lattice.skin.joint_count : 0;
+  frame.morph_targets = lattice.targets;
+  frame.units = units;
+  return frame;
+}
 
 Result<Svo> make_svo(const VoxelSurface& surface, const SvoSource& source) {
   const std::span<const VoxelFragment> fragments = surface.fragments;
   SINEW_CHECKED(check_grid(surface.grid));
   SINEW_CHECKED(check_voxels(surface.grid, fragments, false));
-  SINEW_CHECKED(check_source(surface, source));
+  SINEW_CHECKED(check_source(source));
+  SINEW_CHECKED(check_fragments(surface, source));
   const LatticeSource lattice = lattice_source(surface.grid, source);
   const bool solid = std::ranges::any_of(
       fragments, [](const VoxelFragment& fragment) { return fragment.triangle == kInside; });
@@ -69,16 +83,11 @@ Result<Svo> make_svo(const VoxelSurface& surface, const SvoSource& source) {
     }
   });
   if (solid) seed_inside(lattice, sheets, parts);
-  const std::vector<float> units = units_of(lattice);
+  const std::vector<float> units = delta_units(lattice);
   parallel_for(parts.size(), 1, [&](size_t begin, size_t end) {
     for (size_t b = begin; b < end; ++b) make_corners(lattice, sheets, b, units, parts[b]);
   });
-  SvoFrame frame;
-  frame.grid = surface.grid;
-  frame.joints = lattice.skin.influences > 0 ? lattice.skin.joint_count : 0;
-  frame.morph_targets = lattice.targets;
-  frame.units = units;
-  return join_parts(frame, parts);
+  return join_parts(frame_of(lattice, units), parts);
 }
 
 }  // namespace sinew

@@ -10,6 +10,7 @@
 #include <numeric>
 
 #include "sinew/base/buffer.h"
+#include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
 #include "sinew/svo/nearest_kernels.h"
 #include "sinew/svo/solid_fill.h"
@@ -85,10 +86,32 @@ class Voxelizer {
             const VoxelGrid& grid, LookFunction look, const VoxelizeOptions& options)
       : positions_(positions), triangles_(triangles), grid_(grid), look_(look), options_(options) {
     blocks_.count = (grid.resolution + kSide - 1u) / kSide;
+    sort_triangles();
   }
 
-  Result<VoxelSurface> run() {
-    sort_triangles();
+  std::span<const uint32_t> blocks() const { return codes_; }
+
+  std::vector<uint64_t> most_fragments() {
+    std::vector<uint64_t> counts(all_.size(), 0);
+    parallel_for(counts.size(), 1, [&](size_t begin, size_t end) {
+      std::unique_ptr<Scratch> scratch = take_scratch();
+      for (size_t i = begin; i < end; ++i) {
+        for_each_marked(all_[i], scratch->places,
+                        [&](uint32_t, const GridTriangle&, size_t count) { counts[i] += count; });
+      }
+      const std::lock_guard lock(mutex_);
+      idle_.push_back(std::move(scratch));
+    });
+    idle_.clear();
+    return counts;
+  }
+
+  // `which`: into blocks().
+  Result<VoxelSurface> run(std::span<const uint32_t> which) {
+    ranges_.clear();
+    for (const uint32_t i : which) ranges_.push_back(all_[i]);
+    outputs_.clear();
+    memory_ = 0;
     mark_blocks();
     if (options_.solid && !out_of_memory_) fill();
     if (out_of_memory_) return no_memory();
@@ -140,7 +163,7 @@ class Voxelizer {
     }
   }
 
-  // Fills ranges_ and sorted_: by block, then triangle.
+  // Fills all_, codes_ and sorted_: by block, then triangle.
   void sort_triangles() {
     std::vector<std::vector<BlockTriangle>> lists((triangles_.size() + kTrianglesAtOnce - 1) /
                                                   kTrianglesAtOnce);
@@ -158,12 +181,13 @@ class Voxelizer {
     }
     for (uint32_t block = 0; block + 1 < next.size(); ++block) {
       next[block + 1] += next[block];
-      if (next[block + 1] > next[block]) ranges_.push_back({block, next[block], next[block + 1]});
+      if (next[block + 1] > next[block]) all_.push_back({block, next[block], next[block + 1]});
     }
     sorted_.resize(next.back());
     for (const auto& list : lists) {
       for (const BlockTriangle& pair : list) sorted_[next[pair.block]++] = pair.triangle;
     }
+    for (const BlockRange& range : all_) codes_.push_back(range.block);
   }
 
   void mark_blocks() {
@@ -190,19 +214,28 @@ class Voxelizer {
     return rim ? Shell::conservative : options_.shell;
   }
 
-  void mark_block(size_t index, Scratch& scratch) {
-    const BlockRange& range = ranges_[index];
+  // Calls take(triangle, its vertices in the block, count of places) for each that has any.
+  template <class Take>
+  void for_each_marked(const BlockRange& range, Buffer<BlockPlace>& places,
+                       const Take& take) const {
     const uvec3 base = kSide * voxel_of(range.block);
     const uvec3 last = min(grid_.resolution - base, uvec3(kSide)) - 1u;
-    scratch.count = 0;
     for (size_t i = range.first; i < range.end; ++i) {
       GridTriangle triangle;
       load(sorted_[i], triangle);
       for (dvec3& v : triangle.vertex) v -= dvec3(base);
-      const size_t count =
-          mark_triangle(triangle, shell_of(sorted_[i]), last, scratch.places.data());
-      if (count > 0) look_at(sorted_[i], triangle, range.block, count, scratch);
+      const size_t count = mark_triangle(triangle, shell_of(sorted_[i]), last, places.data());
+      if (count > 0) take(sorted_[i], triangle, count);
     }
+  }
+
+  void mark_block(size_t index, Scratch& scratch) {
+    const BlockRange& range = ranges_[index];
+    scratch.count = 0;
+    for_each_marked(range, scratch.places,
+                    [&](uint32_t triangle, const GridTriangle& vertices, size_t count) {
+                      look_at(triangle, vertices, range.block, count, scratch);
+                    });
     if (scratch.count == 0) return;
     sort_by_bits({scratch.fragments.data(), scratch.count}, scratch.sorted.data(), 0);
     sort_by_bits({scratch.sorted.data(), scratch.count}, scratch.fragments.data(), 9);
@@ -345,7 +378,9 @@ class Voxelizer {
     return fail({ErrorKind::runtime, "", "",
                  fmt::format("more memory than {} MiB is needed for so many voxels",
                              options_.memory_limit >> 20),
-                 "allow more, or make voxels larger"});
+                 options_.solid ? "allow more with --memory-limit, make voxels larger, or leave "
+                                  "--solid out: solids are filled as a whole"
+                                : "allow more, or make voxels larger"});
   }
 
   std::span<const vec3> positions_;
@@ -354,7 +389,9 @@ class Voxelizer {
   LookFunction look_;
   VoxelizeOptions options_;
   BlockGrid blocks_;
-  std::vector<BlockRange> ranges_;    // in Morton order
+  std::vector<BlockRange> all_;       // that triangles meet, in Morton order
+  std::vector<uint32_t> codes_;       // of these
+  std::vector<BlockRange> ranges_;    // that are voxelised now, in Morton order
   std::vector<uint32_t> sorted_;      // triangles
   std::vector<BlockOutput> outputs_;  // one a range
   std::vector<BlockBits> inside_;
@@ -382,7 +419,37 @@ Box surface_box(std::span<const vec3> positions, std::span<const uvec3> triangle
 Result<VoxelSurface> voxelize(std::span<const vec3> positions, std::span<const uvec3> triangles,
                               const VoxelGrid& grid, LookFunction look,
                               const VoxelizeOptions& options) {
-  return Voxelizer(positions, triangles, grid, look, options).run();
+  return SurfaceVoxelizer(positions, triangles, grid, look, options).all();
+}
+
+struct SurfaceVoxelizer::Work : Voxelizer {
+  using Voxelizer::Voxelizer;
+};
+
+SurfaceVoxelizer::SurfaceVoxelizer(std::span<const vec3> positions,
+                                   std::span<const uvec3> triangles, const VoxelGrid& grid,
+                                   LookFunction look, const VoxelizeOptions& options)
+    : grid_(grid),
+      solid_(options.solid),
+      work_(std::make_unique<Work>(positions, triangles, grid, look, options)) {}
+SurfaceVoxelizer::~SurfaceVoxelizer() = default;
+
+std::span<const uint32_t> SurfaceVoxelizer::blocks() const {
+  return work_->blocks();
+}
+std::vector<uint64_t> SurfaceVoxelizer::most_fragments() {
+  return work_->most_fragments();
+}
+
+Result<VoxelSurface> SurfaceVoxelizer::all() {
+  std::vector<uint32_t> which(blocks().size());
+  std::iota(which.begin(), which.end(), 0u);
+  return work_->run(which);
+}
+
+Result<VoxelSurface> SurfaceVoxelizer::some(std::span<const uint32_t> which) {
+  SINEW_CHECK(!solid_);
+  return work_->run(which);
 }
 
 }  // namespace sinew

@@ -10,7 +10,9 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
+#include <vector>
 
 #include "sinew/base/error.h"
 #include "sinew/math/box.h"
@@ -76,5 +78,28 @@ double voxel_side(double longest, uint32_t resolution);
 Result<VoxelSurface> voxelize(std::span<const vec3> positions, std::span<const uvec3> triangles,
                               const VoxelGrid& grid, LookFunction look,
                               const VoxelizeOptions& options = {});
+
+// The same, a few blocks at a time. What it is given must outlive it.
+class SurfaceVoxelizer {
+ public:
+  SurfaceVoxelizer(std::span<const vec3> positions, std::span<const uvec3> triangles,
+                   const VoxelGrid& grid, LookFunction look, const VoxelizeOptions& options);
+  ~SurfaceVoxelizer();
+
+  const VoxelGrid& grid() const { return grid_; }
+  bool solid() const { return solid_; }
+  std::span<const uint32_t> blocks() const;  // Morton codes of those that triangles meet, rising
+  // Of each of them without filling: at least as many as there are. Takes as long as marking.
+  std::vector<uint64_t> most_fragments();
+  Result<VoxelSurface> all();
+  // Of blocks()[which[0]], ..., rising. Not for solids: what is inside is known of the whole only.
+  Result<VoxelSurface> some(std::span<const uint32_t> which);
+
+ private:
+  struct Work;
+  VoxelGrid grid_;
+  bool solid_;
+  std::unique_ptr<Work> work_;
+};
 
 }  // namespace sinew

@@ -1,5 +1,6 @@
 // `sinew voxelize`.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <nlohmann/json.hpp>
 
@@ -45,6 +46,67 @@ TEST(VoxelizeProgram, SameFileForAnyNumberOfThreads) {
     if (first.empty()) first = slurp(out);
     EXPECT_EQ(slurp(out), first);
   }
+}
+
+// A soft limit on the size of files, which programs inherit, while it lives.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    rlimit limit = before_;
+    limit.rlim_cur = bytes;
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+TEST(VoxelizeProgram, AFullDiskLeavesTheOldFile) {
+  TemporaryFolder folder;
+  const std::string out = folder.write("box.svo", "old"),
+                    input = folder.write("b.obj", small_obj());
+  const std::string good = folder.path("good.svo");
+  ASSERT_EQ(run_sinew({"voxelize", input, "-o", good, "--resolution", "200"}).exit_code, 0);
+  const size_t files = folder.file_count();
+  const rlim_t size = slurp(good).size();
+  for (const rlim_t bytes : {size / 8, size - 1}) {  // of what waits on disk; of the file
+    Outcome outcome;
+    {
+      const FileSizeLimit limit(bytes);
+      outcome = run_sinew({"voxelize", input, "-o", out, "--resolution", "200"});
+    }
+    EXPECT_EQ(outcome.exit_code, 4) << outcome.err;
+    expect_contains(outcome.err, "larger than files may be");
+    EXPECT_TRUE(slurp(out) == "old");
+    EXPECT_EQ(folder.file_count(), files);
+  }
+}
+
+TEST(VoxelizeProgram, SameFileWhateverTheMemory) {
+  TemporaryFolder folder;
+  const std::string report = folder.path("report.json"), out = folder.path("c.svo");
+  const auto voxelize_with = [&](const std::string& memory) {
+    return run_sinew({"voxelize", "study:creature,triangles=12000", "-o", out, "--resolution",
+                      "1000", "--threads", "2", "--object", "body", "--only", "--memory-limit",
+                      memory, "--json", report});
+  };
+  const auto parts = [&] { return nlohmann::json::parse(slurp(report))["objects"][0]["parts"]; };
+  ASSERT_EQ(voxelize_with("4G").exit_code, 0);
+  EXPECT_EQ(parts(), 1);
+  const std::string at_once = slurp(out);
+  const Outcome refused = voxelize_with("40M");
+  EXPECT_EQ(refused.exit_code, 1) << refused.err;
+  const std::string remedy = "give --memory-limit ";
+  const size_t at = refused.err.find(remedy);
+  ASSERT_NE(at, std::string::npos) << refused.err;
+  const int least = std::stoi(refused.err.substr(at + remedy.size()));
+  const Outcome enough = voxelize_with(std::to_string(least + 4) + "M");
+  ASSERT_EQ(enough.exit_code, 0) << enough.err;
+  EXPECT_GT(parts(), 1);
+  EXPECT_GT(nlohmann::json::parse(slurp(report))["peak_bytes"], 1 << 20);
+  EXPECT_TRUE(slurp(out) == at_once);
 }
 
 TEST(VoxelizeProgram, ClipsBecomeFramesOfVox) {

@@ -98,13 +98,13 @@ Result<Sections> find_sections(std::span<const uint8_t> bytes) {
   return sections;
 }
 
-std::vector<uint8_t> make_header(const Sections& sections) {
-  std::vector<uint64_t> table = {sections.scene.size()};
-  for (const std::span<const uint8_t> octree : sections.octrees) table.push_back(octree.size());
+std::vector<uint8_t> make_header(uint64_t scene, std::span<const uint64_t> octrees) {
+  std::vector<uint64_t> table = {scene};
+  table.insert(table.end(), octrees.begin(), octrees.end());
   Header header = {};
   std::memcpy(header.magic, kMagic, sizeof(kMagic));
   header.version = kVersion;
-  header.octrees = static_cast<uint32_t>(sections.octrees.size());
+  header.octrees = static_cast<uint32_t>(octrees.size());
   header.size = sizeof(Header) + 8 * table.size();
   for (const uint64_t size : table) header.size += size;
   const auto* const table_bytes = reinterpret_cast<const uint8_t*>(table.data());

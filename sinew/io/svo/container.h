@@ -33,8 +33,8 @@ Result<SectionTable> read_table(std::span<const uint8_t> bytes, uint64_t size);
 // Errors (bad_input) name no file.
 Result<Sections> find_sections(std::span<const uint8_t> bytes);
 
-// Header and table of a file with these sections.
-std::vector<uint8_t> make_header(const Sections& sections);
+// Header and table of a file with sections of these sizes, in bytes.
+std::vector<uint8_t> make_header(uint64_t scene, std::span<const uint64_t> octrees);
 
 // The scene's section from its GLB, and back.
 std::vector<uint8_t> pack_scene(std::span<const uint8_t> glb, int effort);

@@ -107,49 +107,80 @@ Scene scene_around(const Scene& scene, std::vector<std::string>& warnings) {
   return result;
 }
 
-Result<SavedSvo> save(const Scene& scene, const std::string& path, const SaveSvoOptions& options) {
-  if (const std::string problem = validate(scene); !problem.empty()) {
-    return fail({ErrorKind::bad_input, scene.name, "", problem, "correct the scene"});
-  }
-  if (scene.octrees.empty()) {
-    return fail({ErrorKind::bad_input, scene.name, "", "holds no voxels",
-                 "make some with `sinew voxelize`"});
-  }
-  SavedSvo saved;
-  saved.path = path;
-  const Scene around = scene_around(scene, saved.warnings);
-  SINEW_TRY(const std::vector<uint8_t> glb, gltf::encode_glb(around, saved.warnings));
-  const std::vector<uint8_t> scene_section = svo_file::pack_scene(glb, options.effort);
-  std::vector<EncodedSvo> encoded;
-  SvoFileParts parts;
-  svo_file::Sections sections;
-  sections.scene = scene_section;
-  for (const Svo& octree : scene.octrees) {
-    SINEW_TRY(encoded.emplace_back(), encode_svo(octree, options.effort));
-    parts.add(encoded.back().parts);
-    saved.voxels += octree.voxel_count();
-  }
-  for (const EncodedSvo& octree : encoded) sections.octrees.push_back(octree.bytes);
-  const std::vector<uint8_t> header = svo_file::make_header(sections);
-  SINEW_TRY(OutputFile file, OutputFile::create(path));
-  SINEW_CHECKED(file.write(header));
-  SINEW_CHECKED(file.write(sections.scene));
-  for (const std::span<const uint8_t> octree : sections.octrees) {
-    SINEW_CHECKED(file.write(octree));
-  }
-  SINEW_CHECKED(file.publish());
-  saved.bytes = file.size();
-  saved.parts = list_parts(parts, header.size() + scene_section.size());
-  return saved;
-}
-
 }  // namespace
 
-Result<SavedSvo> save_svo(const Scene& scene, const std::string& path,
-                          const SaveSvoOptions& options) {
+// One file. Octrees are in memory, but for the last ones, which are in the store.
+class SvoSaver {
+ public:
+  SvoSaver(const Scene& scene, const SvoStore* store, const std::string& path,
+           const SaveSvoOptions& options)
+      : scene_(scene), path_(path), options_(options) {
+    if (store != nullptr) stored_ = store->octrees_;
+  }
+
+  Result<SavedSvo> run() {
+    if (const std::string problem = validate(scene_); !problem.empty()) {
+      return fail({ErrorKind::bad_input, scene_.name, "", problem, "correct the scene"});
+    }
+    if (scene_.octrees.empty()) {
+      return fail({ErrorKind::bad_input, scene_.name, "", "holds no voxels",
+                   "make some with `sinew voxelize`"});
+    }
+    SavedSvo saved;
+    saved.path = path_;
+    const Scene around = scene_around(scene_, saved.warnings);
+    SINEW_TRY(const std::vector<uint8_t> glb, gltf::encode_glb(around, saved.warnings));
+    const std::vector<uint8_t> section = svo_file::pack_scene(glb, options_.effort);
+    SINEW_CHECKED(encode(saved));
+    const std::vector<uint8_t> header = svo_file::make_header(section.size(), sizes_);
+    SINEW_TRY(OutputFile file, OutputFile::create(path_));
+    SINEW_CHECKED(file.write(header));
+    SINEW_CHECKED(file.write(section));
+    for (const EncodedSvo& octree : encoded_) SINEW_CHECKED(file.write(octree.bytes));
+    for (const SvoStore::Octree& octree : stored_) {
+      SINEW_CHECKED(file.write(octree.front));
+      SINEW_CHECKED(octree.skeletons.copy_to(file));
+      SINEW_CHECKED(octree.details.copy_to(file));
+    }
+    SINEW_CHECKED(file.publish());
+    saved.bytes = file.size();
+    saved.parts = list_parts(parts_, header.size() + section.size());
+    return saved;
+  }
+
+ private:
+  Result<void> encode(SavedSvo& saved) {
+    for (const Svo& octree :
+         std::span(scene_.octrees).first(scene_.octrees.size() - stored_.size())) {
+      SINEW_TRY(encoded_.emplace_back(), encode_svo(octree, options_.effort));
+      parts_.add(encoded_.back().parts);
+      sizes_.push_back(encoded_.back().bytes.size());
+      saved.voxels += octree.voxel_count();
+    }
+    for (const SvoStore::Octree& octree : stored_) {
+      parts_.add(octree.parts);
+      sizes_.push_back(octree.size());
+      saved.voxels += octree.voxels;
+    }
+    return {};
+  }
+
+  const Scene& scene_;
+  const std::string& path_;
+  SaveSvoOptions options_;
+  std::span<const SvoStore::Octree> stored_;
+  std::vector<EncodedSvo> encoded_;
+  std::vector<uint64_t> sizes_;  // of the octrees' sections
+  SvoFileParts parts_;
+};
+
+namespace {
+
+Result<SavedSvo> save(const Scene& scene, const SvoStore* store, const std::string& path,
+                      const SaveSvoOptions& options) {
   try {
     SINEW_CHECKED(check_save_svo(path));
-    return save(scene, path, options);
+    return SvoSaver(scene, store, path, options).run();
   } catch (const std::bad_alloc&) {
     return fail({ErrorKind::runtime, path, "", "does not fit into this machine's memory",
                  "use a smaller scene"});
@@ -157,6 +188,40 @@ Result<SavedSvo> save_svo(const Scene& scene, const std::string& path,
     return fail(
         {ErrorKind::runtime, path, "", std::string("cannot be written: ") + error.what(), ""});
   }
+}
+
+}  // namespace
+
+Result<void> SvoStore::add(const Svo& part) {
+  if (!encoder_) {
+    SINEW_TRY(SpoolFile skeletons, SpoolFile::create(path_));
+    SINEW_TRY(SpoolFile details, SpoolFile::create(path_));
+    octrees_.push_back({std::move(skeletons), std::move(details), {}, {}, 0});
+    encoder_ = std::make_unique<SvoEncoder>(
+        options_.effort,
+        [this](std::span<const uint8_t> bytes) { return octrees_.back().skeletons.write(bytes); },
+        [this](std::span<const uint8_t> bytes) { return octrees_.back().details.write(bytes); });
+  }
+  octrees_.back().voxels += part.voxel_count();
+  return encoder_->add(part);
+}
+
+Result<void> SvoStore::finish(const Svo& outline) {
+  EncodedSvo front = encoder_->finish(outline);
+  encoder_.reset();
+  octrees_.back().front = std::move(front.bytes);
+  octrees_.back().parts = front.parts;
+  return {};
+}
+
+Result<SavedSvo> save_svo(const Scene& scene, const std::string& path,
+                          const SaveSvoOptions& options) {
+  return save(scene, nullptr, path, options);
+}
+
+Result<SavedSvo> save_svo(const Scene& scene, const SvoStore& store, const std::string& path,
+                          const SaveSvoOptions& options) {
+  return save(scene, &store, path, options);
 }
 
 Result<void> check_save_svo(const std::string& path) {

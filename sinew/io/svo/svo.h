@@ -13,12 +13,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "sinew/base/error.h"
 #include "sinew/io/load.h"
+#include "sinew/io/output_file.h"
 #include "sinew/scene/scene.h"
 #include "sinew/svo/file.h"
 
@@ -49,6 +52,38 @@ struct SavedSvo {
 // standard output. The scene must be valid. Errors: usage, output, and bad_input for scenes that
 // are not valid or hold no octree.
 Result<SavedSvo> save_svo(const Scene& scene, const std::string& path,
+                          const SaveSvoOptions& options = {});
+
+// Octrees on their way into a .svo file, kept on disk beside it while they are made in parts.
+class SvoStore {
+ public:
+  SvoStore(std::string path, const SaveSvoOptions& options)
+      : path_(std::move(path)), options_(options) {}
+
+  // See SvoEncoder: parts of one octree, and its end. Errors: output, and those of the encoder.
+  Result<void> add(const Svo& part);
+  Result<void> finish(const Svo& outline);
+
+ private:
+  friend class SvoSaver;
+  struct Octree {
+    SpoolFile skeletons, details;
+    std::vector<uint8_t> front;
+    SvoFileParts parts;
+    uint64_t voxels = 0;
+    uint64_t size() const { return front.size() + skeletons.size() + details.size(); }
+  };
+
+  std::string path_;
+  SaveSvoOptions options_;
+  std::vector<Octree> octrees_;
+  std::unique_ptr<SvoEncoder> encoder_;  // of the last octree while it is made
+};
+
+// The same where the last octrees of the scene are those of the store, without what parts hold (all
+// but name, joints, morph targets and weights may be missing). The file is the same as if they were
+// whole.
+Result<SavedSvo> save_svo(const Scene& scene, const SvoStore& store, const std::string& path,
                           const SaveSvoOptions& options = {});
 
 // Whether save_svo can write `path`: to be asked before long work.
