@@ -110,6 +110,15 @@ void shade_tile(const VoxelPass& pass, const Tile& tile, Image& out) {
   }
 }
 
+// What is worth tracing a picture for that needs no rays otherwise. What gleams less shows the
+// environment then.
+bool is_mirror(const VoxelMaterial& material) {
+  constexpr float kLeast = 0.1f;  // share of light that is reflected
+  const vec3 d = material.dielectric;
+  const float share = glm::mix(std::max({d.x, d.y, d.z}), 1.0f, material.metallic);
+  return share >= kLeast && mirror_share(material.roughness) > 0.0f && !(material.unlit > 0.0f);
+}
+
 }  // namespace
 
 void shade_pass(const VoxelPass& pass, Image& out) {
@@ -138,10 +147,8 @@ void VoxelFrame::bind(const Scene& scene, const TextureTable& textures) {
   opponents_.reset();
   list_voxel_materials(scene, textures, materials_);
   mirrors_ = std::ranges::any_of(scene.octrees, [&](const Svo& svo) {
-    return std::ranges::any_of(svo.cells, [&](const SvoCell& cell) {
-      const VoxelMaterial& material = materials_[cell.material];
-      return mirror_share(material.roughness) > 0.0f && !(material.unlit > 0.0f);
-    });
+    return std::ranges::any_of(
+        svo.cells, [&](const SvoCell& cell) { return is_mirror(materials_[cell.material]); });
   });
 }
 

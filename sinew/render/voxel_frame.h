@@ -54,7 +54,7 @@ class VoxelFrame {
   void set_shadows(std::span<const ShadingLight> lights, bool maps);
   // Whether there are voxels in this frame.
   bool any() const { return !bodies_.instances().empty(); }
-  // Whether octrees of the scene have materials that mirror rays show something in.
+  // Whether octrees of the scene have materials that are mirrors: not what merely gleams.
   bool has_mirrors() const { return mirrors_; }
 
   // Chooses which objects draw() draws, and which camera rays find (see is_traced()). The rays of a
