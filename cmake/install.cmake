@@ -15,11 +15,11 @@ target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FIL
   sinew/bvh/segments.h sinew/bvh/traverse.h sinew/bvh/tree.h sinew/bvh/tree_file.h
   sinew/bvh/update.h sinew/bvh/update_local.h sinew/bvh/wide.h
   sinew/svo/file.h sinew/svo/format.h sinew/svo/fragments.h sinew/svo/make_svo.h sinew/svo/posed.h
-  sinew/svo/rasterize.h sinew/svo/visibility.h sinew/svo/voxelize.h
+  sinew/svo/rasterize.h sinew/svo/visibility.h sinew/svo/voxel_at.h sinew/svo/voxelize.h
   sinew/scene/clip.h sinew/scene/image.h sinew/scene/material.h sinew/scene/mesh.h
   sinew/scene/sample.h sinew/scene/scene.h sinew/scene/study.h
-  sinew/io/image_file.h sinew/io/load.h sinew/io/movie.h sinew/io/save.h sinew/io/svo/svo.h
-  sinew/io/vox/vox.h
+  sinew/io/image_file.h sinew/io/load.h sinew/io/movie.h sinew/io/output_file.h sinew/io/save.h
+  sinew/io/svo/svo.h sinew/io/vox/vox.h
   sinew/world/animation_trees.h sinew/world/voxel_bodies.h sinew/world/world.h
   sinew/render/attributes.h sinew/render/camera.h sinew/render/frame.h sinew/render/gbuffer.h
   sinew/render/layers.h sinew/render/lights.h sinew/render/raster_view.h sinew/render/refinement.h
