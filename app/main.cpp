@@ -14,7 +14,7 @@
 #include "app/interrupt.h"
 #include "app/progress.h"
 #include "app/values.h"
-#include "sinew/bvh/traverse.h"
+#include "sinew/bvh/trace/traverse.h"
 #include "sinew/io/output_file.h"
 #ifdef SINEW_HAVE_BENCH
 #include "bench/bench.h"

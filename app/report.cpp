@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/json_text.h"
-#include "sinew/bvh/traverse.h"
+#include "sinew/bvh/trace/traverse.h"
 
 namespace sinew::app {
 namespace {

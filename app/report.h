@@ -9,7 +9,7 @@
 #include "app/frames.h"
 #include "app/view_choice.h"
 #include "sinew/render/frame.h"
-#include "sinew/svo/stream.h"
+#include "sinew/svo/file/stream.h"
 
 namespace sinew::app {
 

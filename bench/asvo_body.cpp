@@ -8,8 +8,8 @@
 #include "bench/copies.h"
 #include "bench/measure.h"
 #include "sinew/io/load.h"
-#include "sinew/render/voxel_looks.h"
-#include "sinew/svo/rims.h"
+#include "sinew/render/voxels/voxel_looks.h"
+#include "sinew/svo/make/rims.h"
 
 namespace sinew::bench {
 namespace {

@@ -10,8 +10,8 @@
 #include "sinew/render/camera.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/scene.h"
-#include "sinew/svo/make_svo.h"
-#include "sinew/svo/voxelize.h"
+#include "sinew/svo/make/make_svo.h"
+#include "sinew/svo/make/voxelize.h"
 
 namespace sinew::bench {
 

@@ -9,7 +9,7 @@
 #include "bench/asvo_methods.h"
 #include "bench/figures.h"
 #include "sinew/render/raster_view.h"
-#include "sinew/svo/hole_reference.h"
+#include "sinew/svo/holes/hole_reference.h"
 
 namespace sinew::bench {
 namespace {

@@ -15,7 +15,7 @@
 #include "sinew/render/lights.h"
 #include "sinew/render/raster_view.h"
 #include "sinew/render/texture.h"
-#include "sinew/render/voxel_frame.h"
+#include "sinew/render/voxels/voxel_frame.h"
 
 namespace sinew::bench {
 namespace {

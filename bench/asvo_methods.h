@@ -6,9 +6,9 @@
 #include <memory>
 
 #include "bench/asvo_body.h"
-#include "sinew/svo/rasterize.h"
-#include "sinew/svo/thesis.h"
-#include "sinew/svo/thesis_corners.h"
+#include "sinew/svo/draw/rasterize.h"
+#include "sinew/svo/thesis/thesis.h"
+#include "sinew/svo/thesis/thesis_corners.h"
 
 namespace sinew::bench {
 

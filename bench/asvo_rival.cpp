@@ -11,7 +11,7 @@
 #include "bench/measure.h"
 #include "sinew/base/parallel.h"
 #include "sinew/render/raster_view.h"
-#include "sinew/svo/thesis_skinned.h"
+#include "sinew/svo/thesis/thesis_skinned.h"
 
 namespace sinew::bench {
 namespace {

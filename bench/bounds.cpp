@@ -6,7 +6,7 @@
 
 #include "bench/measure.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/build.h"
+#include "sinew/bvh/builders/build.h"
 #include "sinew/bvh/wide.h"
 #include "sinew/io/load.h"
 #include "sinew/motion/clusters.h"

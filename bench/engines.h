@@ -11,7 +11,7 @@
 #include "bench/embree_calls.h"
 #include "bench/embree_world.h"
 #include "sinew/base/error.h"
-#include "sinew/bvh/update.h"
+#include "sinew/bvh/update/update.h"
 #include "sinew/world/world.h"
 
 namespace sinew::bench {

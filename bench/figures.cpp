@@ -7,7 +7,7 @@
 
 #include "sinew/base/check.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/traverse.h"
+#include "sinew/bvh/trace/traverse.h"
 
 namespace sinew::bench {
 namespace {

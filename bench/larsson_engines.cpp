@@ -1,7 +1,7 @@
 #include "bench/larsson_engines.h"
 
 #include "sinew/base/check.h"
-#include "sinew/bvh/larsson_bodies.h"
+#include "sinew/bvh/larsson/larsson_bodies.h"
 #include "sinew/world/world.h"
 
 namespace sinew::bench {

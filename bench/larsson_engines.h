@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "sinew/base/error.h"
-#include "sinew/bvh/larsson.h"
-#include "sinew/bvh/update.h"
+#include "sinew/bvh/larsson/larsson.h"
+#include "sinew/bvh/update/update.h"
 #include "sinew/math/ray.h"
 #include "sinew/math/vec.h"
 

@@ -10,7 +10,7 @@
 #include "bench/larsson_scene.h"
 #include "bench/measure.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/traverse.h"
+#include "sinew/bvh/trace/traverse.h"
 
 namespace sinew::bench {
 namespace {

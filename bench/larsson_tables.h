@@ -9,7 +9,7 @@
 #include <string>
 
 #include "sinew/base/error.h"
-#include "sinew/bvh/larsson.h"
+#include "sinew/bvh/larsson/larsson.h"
 
 namespace sinew::bench {
 

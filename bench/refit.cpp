@@ -6,7 +6,7 @@
 #include "bench/picks.h"
 #include "bench/workload.h"
 #include "sinew/bvh/bvh.h"
-#include "sinew/bvh/update.h"
+#include "sinew/bvh/update/update.h"
 #include "sinew/motion/clusters.h"
 
 namespace sinew::bench {

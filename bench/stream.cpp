@@ -18,8 +18,8 @@
 #include "sinew/io/svo/svo.h"
 #include "sinew/render/frame.h"
 #include "sinew/scene/sample.h"
+#include "sinew/svo/file/stream.h"
 #include "sinew/svo/posed.h"
-#include "sinew/svo/stream.h"
 #include "sinew/world/world.h"
 
 namespace sinew::bench {

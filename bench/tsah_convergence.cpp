@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "bench/tsah_methods.h"
-#include "sinew/bvh/optimize.h"
-#include "sinew/bvh/tsah_reference.h"
+#include "sinew/bvh/frames/optimize.h"
+#include "sinew/bvh/tsah/tsah_reference.h"
 
 namespace sinew::bench {
 namespace {

@@ -9,7 +9,7 @@
 #include "bench/figures.h"
 #include "bench/measure.h"
 #include "bench/tsah_paper.h"
-#include "sinew/bvh/build.h"
+#include "sinew/bvh/builders/build.h"
 #include "sinew/bvh/cost.h"
 
 namespace sinew::bench {

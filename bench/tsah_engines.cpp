@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "sinew/base/check.h"
-#include "sinew/bvh/build.h"
+#include "sinew/bvh/builders/build.h"
 #include "sinew/bvh/bvh.h"
 
 namespace sinew::bench {

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "bench/measure.h"
-#include "sinew/bvh/build.h"
-#include "sinew/bvh/optimize.h"
-#include "sinew/bvh/segments.h"
-#include "sinew/bvh/tsah_reference.h"
+#include "sinew/bvh/builders/build.h"
+#include "sinew/bvh/frames/optimize.h"
+#include "sinew/bvh/frames/segments.h"
+#include "sinew/bvh/tsah/tsah_reference.h"
 
 namespace sinew::bench {
 namespace {

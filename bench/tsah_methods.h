@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "bench/tsah_scenes.h"
-#include "sinew/bvh/frames.h"
+#include "sinew/bvh/frames/frames.h"
 #include "sinew/bvh/tree.h"
 
 namespace sinew::bench {

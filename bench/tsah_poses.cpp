@@ -9,8 +9,8 @@
 
 #include "bench/tsah_methods.h"
 #include "bench/workload.h"
-#include "sinew/bvh/optimize.h"
-#include "sinew/bvh/segments.h"
+#include "sinew/bvh/frames/optimize.h"
+#include "sinew/bvh/frames/segments.h"
 #include "sinew/io/load.h"
 #include "sinew/scene/sample.h"
 

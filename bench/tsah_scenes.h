@@ -12,7 +12,7 @@
 
 #include "bench/workload.h"
 #include "sinew/base/error.h"
-#include "sinew/bvh/segments.h"
+#include "sinew/bvh/frames/segments.h"
 #include "sinew/render/camera.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/scene.h"

@@ -10,8 +10,8 @@
 #include "bench/voxtrace_engines.h"
 #include "bench/voxtrace_pictures.h"
 #include "sinew/base/parallel.h"
+#include "sinew/svo/draw/rasterize.h"
 #include "sinew/svo/leaves.h"
-#include "sinew/svo/rasterize.h"
 
 namespace sinew::bench {
 namespace {

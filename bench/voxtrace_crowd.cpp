@@ -5,7 +5,7 @@
 #include "bench/measure.h"
 #include "bench/voxtrace_pictures.h"
 #include "bench/workload.h"
-#include "sinew/svo/rasterize.h"
+#include "sinew/svo/draw/rasterize.h"
 
 namespace sinew::bench {
 namespace {

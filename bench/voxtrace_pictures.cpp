@@ -5,7 +5,7 @@
 
 #include "sinew/render/frame.h"
 #include "sinew/render/raster_view.h"
-#include "sinew/svo/rasterize.h"
+#include "sinew/svo/draw/rasterize.h"
 
 namespace sinew::bench {
 namespace {

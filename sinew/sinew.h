@@ -2,7 +2,7 @@
 #pragma once
 
 #include "sinew/bvh/bvh.h"
-#include "sinew/bvh/optimize.h"
+#include "sinew/bvh/frames/optimize.h"
 #include "sinew/io/image_file.h"
 #include "sinew/io/load.h"
 #include "sinew/io/movie.h"

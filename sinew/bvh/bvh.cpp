@@ -7,7 +7,7 @@
 #include "sinew/base/check.h"
 #include "sinew/base/update_gate.h"
 #include "sinew/bvh/cost.h"
-#include "sinew/bvh/visit.h"
+#include "sinew/bvh/update/visit.h"
 
 namespace sinew {
 namespace {

@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "sinew/base/error.h"
-#include "sinew/bvh/build.h"
-#include "sinew/bvh/choose.h"
-#include "sinew/bvh/proximity.h"
-#include "sinew/bvh/traverse.h"
-#include "sinew/bvh/update_local.h"
+#include "sinew/bvh/builders/build.h"
+#include "sinew/bvh/trace/proximity.h"
+#include "sinew/bvh/trace/traverse.h"
+#include "sinew/bvh/update/choose.h"
+#include "sinew/bvh/update/update_local.h"
 #include "sinew/bvh/wide.h"
 #include "sinew/math/ray.h"
 

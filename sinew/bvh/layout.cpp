@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "sinew/base/check.h"
-#include "sinew/bvh/collapse.h"
+#include "sinew/bvh/builders/collapse.h"
 #include "sinew/bvh/wide.h"
 
 namespace sinew {

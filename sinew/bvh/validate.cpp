@@ -1,7 +1,7 @@
 // Checks every invariant of the traced layout; run after each pass in tests and debug builds.
 #include <string>
 
-#include "sinew/bvh/visit.h"
+#include "sinew/bvh/update/visit.h"
 #include "sinew/bvh/wide.h"
 
 namespace sinew {

@@ -35,7 +35,7 @@
 #include "sinew/base/buffer.h"
 #include "sinew/base/error.h"
 #include "sinew/bvh/bounds.h"
-#include "sinew/bvh/build.h"
+#include "sinew/bvh/builders/build.h"
 #include "sinew/bvh/tree.h"
 #include "sinew/math/vec.h"
 

@@ -15,7 +15,7 @@ struct LoadOptions {
   bool strict = false;                        // unsupported features are errors, not warnings
   uint64_t memory_limit = uint64_t{8} << 30;  // bytes that loading may take; more is an error
   // Bytes that the octrees of a .svo file may take: details of blocks come from the file as they
-  // are seen, and go again (svo/stream.h). The file must stay. 0: octrees are read as a whole.
+  // are seen, and go again (svo/file/stream.h). The file must stay. 0: octrees are read as a whole.
   uint64_t voxel_memory = 0;
   bool settle = true;  // with voxel_memory: pictures wait for what they show
 };

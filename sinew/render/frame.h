@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "sinew/render/camera.h"
-#include "sinew/render/voxel_settings.h"
+#include "sinew/render/voxels/voxel_settings.h"
 #include "sinew/scene/image.h"
 #include "sinew/world/world.h"
 

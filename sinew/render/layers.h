@@ -8,7 +8,7 @@
 #include "sinew/render/attributes.h"
 #include "sinew/render/camera.h"
 #include "sinew/render/texture.h"
-#include "sinew/render/voxel_frame.h"
+#include "sinew/render/voxels/voxel_frame.h"
 #include "sinew/world/world.h"
 
 namespace sinew {

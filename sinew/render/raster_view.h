@@ -6,7 +6,7 @@
 #include "sinew/math/box.h"
 #include "sinew/render/camera.h"
 #include "sinew/render/lights.h"
-#include "sinew/svo/visibility.h"
+#include "sinew/svo/draw/visibility.h"
 
 namespace sinew {
 

@@ -9,7 +9,7 @@
 
 #include <cstdint>
 
-#include "sinew/bvh/traverse.h"
+#include "sinew/bvh/trace/traverse.h"
 #include "sinew/math/ray.h"
 #include "sinew/render/texture.h"
 #include "sinew/scene/scene.h"

@@ -5,7 +5,7 @@
 #include "sinew/base/deadline.h"
 #include "sinew/render/frame.h"
 #include "sinew/render/lights.h"
-#include "sinew/render/voxel_frame.h"
+#include "sinew/render/voxels/voxel_frame.h"
 #include "sinew/render/wave.h"
 
 namespace sinew {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "sinew/render/voxel_looks.h"
+#include "sinew/render/voxels/voxel_looks.h"
 #include "sinew/scene/sample.h"
 
 namespace sinew {

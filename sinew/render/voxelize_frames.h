@@ -8,7 +8,7 @@
 #include "sinew/base/error.h"
 #include "sinew/render/voxelize_scene.h"
 #include "sinew/scene/scene.h"
-#include "sinew/svo/make_svo.h"
+#include "sinew/svo/make/make_svo.h"
 
 namespace sinew {
 

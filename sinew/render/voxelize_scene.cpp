@@ -11,10 +11,10 @@
 
 #include "sinew/base/memory_use.h"
 #include "sinew/math/srgb.h"
-#include "sinew/render/voxel_looks.h"
+#include "sinew/render/voxels/voxel_looks.h"
 #include "sinew/scene/sample.h"
-#include "sinew/svo/make_parts.h"
-#include "sinew/svo/rims.h"
+#include "sinew/svo/make/make_parts.h"
+#include "sinew/svo/make/rims.h"
 
 namespace sinew {
 namespace {

@@ -9,8 +9,8 @@
 
 #include "sinew/base/error.h"
 #include "sinew/scene/scene.h"
-#include "sinew/svo/make_svo.h"
-#include "sinew/svo/voxelize.h"
+#include "sinew/svo/make/make_svo.h"
+#include "sinew/svo/make/voxelize.h"
 
 namespace sinew {
 

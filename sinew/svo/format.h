@@ -137,7 +137,7 @@ struct SvoTarget {
   uint32_t first_delta = 0;
 };
 
-class PagedSvo;  // see svo/stream.h
+class PagedSvo;  // see svo/file/stream.h
 
 // Who brings and takes away an octree's bricks and their attributes block by block; null: they are
 // all there. They come into the very buffers of the octree, so that it may be moved, but not copied

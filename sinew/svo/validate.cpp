@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "sinew/svo/corners.h"
-#include "sinew/svo/fragments.h"
-#include "sinew/svo/visibility.h"
+#include "sinew/svo/draw/visibility.h"
+#include "sinew/svo/make/fragments.h"
 
 namespace sinew {
 namespace {

@@ -4,9 +4,9 @@
 #include <chrono>
 #include <numeric>
 
-#include "sinew/bvh/build.h"
-#include "sinew/bvh/camera_frames.h"
-#include "sinew/bvh/derived_upper.h"
+#include "sinew/bvh/builders/build.h"
+#include "sinew/bvh/builders/derived_upper.h"
+#include "sinew/bvh/frames/camera_frames.h"
 #include "sinew/motion/clusters.h"
 #include "sinew/world/animation_key.h"
 #include "sinew/world/body_animation.h"

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "sinew/base/error.h"
-#include "sinew/bvh/segments.h"
-#include "sinew/bvh/tree_file.h"
+#include "sinew/bvh/frames/segments.h"
+#include "sinew/bvh/frames/tree_file.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/scene.h"
 

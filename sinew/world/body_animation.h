@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "sinew/bvh/frame_choice.h"
+#include "sinew/bvh/frames/frame_choice.h"
 #include "sinew/motion/motion.h"
 #include "sinew/scene/sample.h"
 #include "sinew/world/scene_bodies.h"

@@ -10,7 +10,7 @@
 
 #include "sinew/base/parallel.h"
 #include "sinew/svo/corners.h"
-#include "sinew/svo/stream.h"
+#include "sinew/svo/file/stream.h"
 
 namespace sinew {
 namespace {

@@ -8,8 +8,8 @@
 #include "sinew/math/box.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/scene.h"
+#include "sinew/svo/draw/visibility.h"
 #include "sinew/svo/posed.h"
-#include "sinew/svo/visibility.h"
 #include "sinew/world/world.h"
 
 namespace sinew {

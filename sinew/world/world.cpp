@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/update.h"
+#include "sinew/bvh/update/update.h"
 #include "sinew/world/octrees.h"
 
 namespace sinew {

@@ -12,19 +12,19 @@
 #include <vector>
 
 #include "sinew/base/error.h"
-#include "sinew/bvh/build.h"
-#include "sinew/bvh/choose.h"
-#include "sinew/bvh/proximity.h"
-#include "sinew/bvh/traverse.h"
-#include "sinew/bvh/tree_file.h"
-#include "sinew/bvh/update.h"
+#include "sinew/bvh/builders/build.h"
+#include "sinew/bvh/frames/tree_file.h"
+#include "sinew/bvh/trace/proximity.h"
+#include "sinew/bvh/trace/traverse.h"
+#include "sinew/bvh/update/choose.h"
+#include "sinew/bvh/update/update.h"
 #include "sinew/math/box.h"
 #include "sinew/math/ray.h"
 #include "sinew/motion/influences.h"
 #include "sinew/motion/motion.h"
 #include "sinew/scene/sample.h"
 #include "sinew/scene/scene.h"
-#include "sinew/svo/visibility.h"
+#include "sinew/svo/draw/visibility.h"
 #include "sinew/svo/voxel_at.h"
 
 namespace sinew {
@@ -194,8 +194,8 @@ class World {
   // there are not made again by rays, and the other way round. Making blocks must not overlap
   // queries. None if the object is not one of these. Valid until the next commit or flip.
   std::optional<VoxelInstance> voxel_instance(ObjectId object) const;
-  // Octrees larger than memory (svo/stream.h): to be called when details have come or gone since
-  // the last commit or flip, which do it too. Must not overlap queries.
+  // Octrees larger than memory (svo/file/stream.h): to be called when details have come or gone
+  // since the last commit or flip, which do it too. Must not overlap queries.
   void refresh_octrees() const;
   // What a ray has met, looked up. The hit must be a voxel's, of this frame.
   VoxelSample sample_voxel(const Hit& hit) const;

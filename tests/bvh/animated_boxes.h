@@ -4,7 +4,7 @@
 #include <functional>
 #include <utility>
 
-#include "sinew/bvh/frame_choice.h"
+#include "sinew/bvh/frames/frame_choice.h"
 
 namespace sinew {
 

@@ -1,4 +1,4 @@
-#include "sinew/bvh/build.h"
+#include "sinew/bvh/builders/build.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include "sinew/base/parallel.h"
 #include "sinew/bvh/bounds.h"
 #include "sinew/bvh/cost.h"
-#include "sinew/bvh/update.h"
+#include "sinew/bvh/update/update.h"
 #include "sinew/bvh/wide.h"
 #include "tree_checks.h"
 

@@ -8,7 +8,7 @@
 #include "oracle.h"
 #include "shapes.h"
 #include "sinew/bvh/bounds.h"
-#include "sinew/bvh/update.h"
+#include "sinew/bvh/update/update.h"
 
 namespace sinew {
 namespace {

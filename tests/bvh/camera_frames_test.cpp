@@ -1,5 +1,5 @@
 // Views as frames: rectangles of triangles on the screen, against projected samples and rays.
-#include "sinew/bvh/camera_frames.h"
+#include "sinew/bvh/frames/camera_frames.h"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include <limits>
 
 #include "shapes.h"
-#include "sinew/bvh/build.h"
+#include "sinew/bvh/builders/build.h"
 #include "sinew/math/random.h"
 
 namespace sinew {

@@ -1,5 +1,5 @@
 // Update mode `automatic`, given what poses cost.
-#include "sinew/bvh/choose.h"
+#include "sinew/bvh/update/choose.h"
 
 #include <gtest/gtest.h>
 

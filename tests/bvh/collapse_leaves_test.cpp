@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "sinew/bvh/build.h"
+#include "sinew/bvh/builders/build.h"
 #include "sinew/bvh/cost.h"
-#include "sinew/bvh/optimize.h"
+#include "sinew/bvh/frames/optimize.h"
 #include "sinew/math/random.h"
 #include "tree_checks.h"
 

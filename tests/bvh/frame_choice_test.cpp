@@ -1,5 +1,5 @@
 // Frames that stand for an animation: how many, which, and for how much.
-#include "sinew/bvh/frame_choice.h"
+#include "sinew/bvh/frames/frame_choice.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 
 #include "bvh/animated_boxes.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/build.h"
+#include "sinew/bvh/builders/build.h"
 #include "sinew/math/random.h"
 
 namespace sinew {

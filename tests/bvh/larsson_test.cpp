@@ -1,6 +1,6 @@
 // L's hierarchy: its hits against brute force, its lazily made boxes against exact ones, and its
 // model against numbers worked out by hand.
-#include "sinew/bvh/larsson.h"
+#include "sinew/bvh/larsson/larsson.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 
 #include "oracle.h"
 #include "shapes.h"
-#include "sinew/bvh/larsson_bodies.h"
+#include "sinew/bvh/larsson/larsson_bodies.h"
 
 namespace sinew::larsson {
 namespace {

@@ -1,6 +1,6 @@
 // One tree for several frames: what it must keep, what it must find, and its search and sums
 // against slow twins.
-#include "sinew/bvh/optimize.h"
+#include "sinew/bvh/frames/optimize.h"
 
 #include <gtest/gtest.h>
 
@@ -10,9 +10,9 @@
 #include <numeric>
 
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/build.h"
-#include "sinew/bvh/frame_tree.h"
-#include "sinew/bvh/tsah_reference.h"
+#include "sinew/bvh/builders/build.h"
+#include "sinew/bvh/frames/frame_tree.h"
+#include "sinew/bvh/tsah/tsah_reference.h"
 #include "sinew/bvh/wide.h"
 #include "sinew/math/random.h"
 #include "tree_checks.h"

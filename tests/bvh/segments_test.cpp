@@ -1,5 +1,5 @@
 // Animations cut where their primitives exchange neighbours.
-#include "sinew/bvh/segments.h"
+#include "sinew/bvh/frames/segments.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include "bvh/animated_boxes.h"
 #include "shapes.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/update.h"
+#include "sinew/bvh/update/update.h"
 #include "sinew/math/random.h"
 
 namespace sinew {

@@ -1,5 +1,5 @@
 // Rays in groups and alone, on every instruction set; bad rays; counting what rays cost.
-#include "sinew/bvh/traverse.h"
+#include "sinew/bvh/trace/traverse.h"
 
 #include <gtest/gtest.h>
 

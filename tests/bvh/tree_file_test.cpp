@@ -1,5 +1,5 @@
 // Files of trees: what is written comes back, and nothing else is taken for it.
-#include "sinew/bvh/tree_file.h"
+#include "sinew/bvh/frames/tree_file.h"
 
 #include <gtest/gtest.h>
 

@@ -1,15 +1,15 @@
 // T-SAH as published: its formulas by hand, the search against brute force, and what the optimiser
 // must keep.
-#include "sinew/bvh/tsah_reference.h"
+#include "sinew/bvh/tsah/tsah_reference.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <limits>
 
-#include "sinew/bvh/build.h"
-#include "sinew/bvh/tsah_search.h"
-#include "sinew/bvh/tsah_tree.h"
+#include "sinew/bvh/builders/build.h"
+#include "sinew/bvh/tsah/tsah_search.h"
+#include "sinew/bvh/tsah/tsah_tree.h"
 #include "sinew/math/random.h"
 #include "tree_checks.h"
 

@@ -1,13 +1,13 @@
 // First visits: rays that meet a place which another thread is making find what is made there.
-#include "sinew/bvh/visit.h"
+#include "sinew/bvh/update/visit.h"
 
 #include <gtest/gtest.h>
 
 #include <cstring>
 
 #include "shapes.h"
-#include "sinew/bvh/proximity.h"
-#include "sinew/bvh/traverse.h"
+#include "sinew/bvh/trace/proximity.h"
+#include "sinew/bvh/trace/traverse.h"
 
 namespace sinew {
 namespace {

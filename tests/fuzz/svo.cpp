@@ -13,7 +13,7 @@
 #include "fuzz.h"
 #include "glb_parts.h"
 #include "sinew/io/gltf/embed.h"
-#include "sinew/svo/file.h"
+#include "sinew/svo/file/file.h"
 #include "svo/sealed_svo.h"
 #include "svo/test_octrees.h"
 

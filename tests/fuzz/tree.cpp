@@ -1,6 +1,6 @@
 // Files of trees. Random bytes seldom have a right size and checksum, so these are put right first;
 // the file as it came is tried as well. Trees that are taken can be laid out and refit.
-#include "sinew/bvh/tree_file.h"
+#include "sinew/bvh/frames/tree_file.h"
 
 #define XXH_INLINE_ALL
 #include <xxhash.h>

@@ -10,7 +10,7 @@
 #include "sinew/io/load.h"
 #include "sinew/io/save.h"
 #include "sinew/scene/sample.h"
-#include "sinew/svo/stream.h"
+#include "sinew/svo/file/stream.h"
 #include "svo/test_octrees.h"
 
 namespace sinew {

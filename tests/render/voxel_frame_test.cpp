@@ -1,6 +1,6 @@
 // Pictures of voxels through render_frame(): shadows, mixed scenes, and the rasterised picture
 // against the traced pipeline, which resolves one voxel after the other.
-#include "sinew/render/voxel_frame.h"
+#include "sinew/render/voxels/voxel_frame.h"
 
 #include <gtest/gtest.h>
 

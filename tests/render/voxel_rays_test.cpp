@@ -8,8 +8,8 @@
 #include "sinew/base/parallel.h"
 #include "sinew/io/load.h"
 #include "sinew/render/layers.h"
-#include "sinew/render/voxel_primary.h"
 #include "sinew/render/voxelize_scene.h"
+#include "sinew/render/voxels/voxel_primary.h"
 
 namespace sinew {
 namespace {

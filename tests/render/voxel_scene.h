@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "render/test_scene.h"
-#include "sinew/svo/make_svo.h"
+#include "sinew/svo/make/make_svo.h"
 
 namespace sinew::test {
 

@@ -1,6 +1,6 @@
 // The SIMD shading of voxels against shade.h, lights.h and lit_share(), one voxel at a time; and
 // fetching against sample_voxel().
-#include "sinew/render/voxel_shade.h"
+#include "sinew/render/voxels/voxel_shade.h"
 
 #include <gtest/gtest.h>
 

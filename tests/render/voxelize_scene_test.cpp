@@ -8,8 +8,8 @@
 #include "sinew/io/load.h"
 #include "sinew/math/random.h"
 #include "sinew/render/gbuffer.h"
-#include "sinew/render/voxel_looks.h"
 #include "sinew/render/voxelize_frames.h"
+#include "sinew/render/voxels/voxel_looks.h"
 
 namespace sinew {
 namespace {

@@ -1,5 +1,5 @@
 // Octrees come back from bytes bit for bit, or not at all.
-#include "sinew/svo/file.h"
+#include "sinew/svo/file/file.h"
 
 #include <gtest/gtest.h>
 

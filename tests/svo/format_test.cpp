@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "sinew/math/random.h"
-#include "sinew/svo/fragments.h"
-#include "sinew/svo/visibility.h"
+#include "sinew/svo/draw/visibility.h"
+#include "sinew/svo/make/fragments.h"
 
 namespace sinew {
 namespace {

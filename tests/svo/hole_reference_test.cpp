@@ -1,12 +1,12 @@
 // The reference of holes: a sphere in voxels that cover it, and one with voxels torn out.
-#include "sinew/svo/hole_reference.h"
+#include "sinew/svo/holes/hole_reference.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "shapes.h"
-#include "sinew/svo/thesis_corners.h"
+#include "sinew/svo/thesis/thesis_corners.h"
 #include "svo/thesis_shapes.h"
 
 namespace sinew {

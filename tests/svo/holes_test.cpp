@@ -1,5 +1,5 @@
 // The hole finder finds the holes and the excess that were planted, and no others.
-#include "sinew/svo/holes.h"
+#include "sinew/svo/holes/holes.h"
 
 #include <gtest/gtest.h>
 

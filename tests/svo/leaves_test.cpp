@@ -9,7 +9,7 @@
 
 #include "allocations.h"
 #include "sinew/base/parallel.h"
-#include "sinew/bvh/traverse.h"
+#include "sinew/bvh/trace/traverse.h"
 #include "svo/raster_oracle.h"
 #include "svo/skinned_shape.h"
 

@@ -1,9 +1,9 @@
 // Octrees made in parts: the same bytes as those made at once, whatever the memory.
-#include "sinew/svo/make_parts.h"
+#include "sinew/svo/make/make_parts.h"
 
 #include <gtest/gtest.h>
 
-#include "sinew/svo/file.h"
+#include "sinew/svo/file/file.h"
 #include "svo/skinned_shape.h"
 
 namespace sinew {

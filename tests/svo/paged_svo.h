@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "io/hostile.h"
-#include "sinew/svo/stream.h"
+#include "sinew/svo/file/stream.h"
 #include "svo/svo_oracle.h"
 
 namespace sinew::test {

@@ -3,7 +3,7 @@
 
 #include "sinew/base/parallel.h"
 #include "sinew/svo/levels.h"
-#include "sinew/svo/make_svo.h"
+#include "sinew/svo/make/make_svo.h"
 #include "sinew/svo/posed.h"
 #include "svo/svo_oracle.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sinew/math/random.h"
-#include "sinew/svo/rasterize.h"
+#include "sinew/svo/draw/rasterize.h"
 #include "svo/svo_oracle.h"
 
 namespace sinew::test {

@@ -1,5 +1,5 @@
 // The rasteriser against its slow obvious twin, and against itself: threads, history, settings.
-#include "sinew/svo/rasterize.h"
+#include "sinew/svo/draw/rasterize.h"
 
 #define HWY_WANT_AVX3_DL  // as the kernel of tiles does
 #include <gtest/gtest.h>

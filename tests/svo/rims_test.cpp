@@ -1,10 +1,10 @@
 // Where a surface ends: which triangles are there, and that their voxels leave no holes.
-#include "sinew/svo/rims.h"
+#include "sinew/svo/make/rims.h"
 
 #include <gtest/gtest.h>
 
-#include "sinew/svo/hole_reference.h"
-#include "sinew/svo/rasterize.h"
+#include "sinew/svo/draw/rasterize.h"
+#include "sinew/svo/holes/hole_reference.h"
 #include "svo/skinned_shape.h"
 #include "svo/thesis_shapes.h"
 

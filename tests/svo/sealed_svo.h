@@ -1,5 +1,5 @@
 // Encoded octrees from parts that nobody has packed or summed yet, so that what is changed in them
-// reaches the decoder behind the checksums. See svo/file.h for the layout.
+// reaches the decoder behind the checksums. See svo/file/file.h for the layout.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "sinew/base/packing.h"
-#include "sinew/svo/file.h"
+#include "sinew/svo/file/file.h"
 
 namespace sinew::test {
 

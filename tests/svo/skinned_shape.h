@@ -6,9 +6,9 @@
 
 #include "shapes.h"
 #include "sinew/math/random.h"
-#include "sinew/svo/make_svo.h"
+#include "sinew/svo/make/make_svo.h"
+#include "sinew/svo/make/voxelize.h"
 #include "sinew/svo/posed.h"
-#include "sinew/svo/voxelize.h"
 
 namespace sinew::test {
 

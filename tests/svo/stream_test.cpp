@@ -1,5 +1,5 @@
 // Blocks that come and go: what is there is right, what is not is not needed, and memory suffices.
-#include "sinew/svo/stream.h"
+#include "sinew/svo/file/stream.h"
 
 #include <gtest/gtest.h>
 

@@ -7,8 +7,8 @@
 
 #include "sinew/math/random.h"
 #include "sinew/svo/format.h"
-#include "sinew/svo/fragments.h"
-#include "sinew/svo/make_svo.h"
+#include "sinew/svo/make/fragments.h"
+#include "sinew/svo/make/make_svo.h"
 
 namespace sinew::test {
 

@@ -6,7 +6,7 @@
 #include "sinew/math/random.h"
 #include "sinew/svo/corners.h"
 #include "sinew/svo/levels.h"
-#include "sinew/svo/make_svo.h"
+#include "sinew/svo/make/make_svo.h"
 #include "svo/svo_oracle.h"
 
 namespace sinew::test {

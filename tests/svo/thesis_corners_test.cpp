@@ -1,5 +1,5 @@
 // Voxels with skinned corners, against every pixel asked about every voxel.
-#include "sinew/svo/thesis_corners.h"
+#include "sinew/svo/thesis/thesis_corners.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "sinew/math/random.h"
-#include "sinew/svo/thesis_voxels.h"
-#include "sinew/svo/visibility.h"
+#include "sinew/svo/draw/visibility.h"
+#include "sinew/svo/thesis/thesis_voxels.h"
 
 namespace sinew::test {
 

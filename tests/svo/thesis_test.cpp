@@ -1,5 +1,5 @@
 // The thesis's octree, against formulas by hand and a recursion that asks every pixel.
-#include "sinew/svo/thesis.h"
+#include "sinew/svo/thesis/thesis.h"
 
 #include <gtest/gtest.h>
 

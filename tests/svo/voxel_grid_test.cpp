@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "sinew/math/random.h"
-#include "sinew/svo/voxelize.h"
+#include "sinew/svo/make/voxelize.h"
 
 namespace sinew {
 namespace {

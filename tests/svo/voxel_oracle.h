@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "sinew/svo/voxelize.h"
+#include "sinew/svo/make/voxelize.h"
 
 namespace sinew::test {
 

@@ -1,5 +1,5 @@
 // The voxeliser against tests of every voxel with every triangle.
-#include "sinew/svo/voxelize.h"
+#include "sinew/svo/make/voxelize.h"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <limits>
 
-#include "sinew/bvh/derived_upper.h"
+#include "sinew/bvh/builders/derived_upper.h"
 #include "sinew/math/random.h"
 #include "sinew/scene/study.h"
 #include "sinew/world/animation_key.h"

@@ -10,8 +10,8 @@
 #include "sinew/io/gltf/embed.h"
 #include "sinew/io/svo/container.h"
 #include "sinew/io/svo/svo.h"
-#include "sinew/svo/file.h"
-#include "sinew/svo/stream.h"
+#include "sinew/svo/file/file.h"
+#include "sinew/svo/file/stream.h"
 
 namespace sinew {
 namespace {

@@ -9,7 +9,7 @@
 #include "sinew/io/svo/container.h"
 #include "sinew/io/svo/svo.h"
 #include "sinew/io/text.h"
-#include "sinew/svo/file.h"
+#include "sinew/svo/file/file.h"
 
 namespace sinew {
 namespace {

@@ -9,7 +9,7 @@
 //       32         table: the sections' sizes in bytes (8 each): scene, octree 0, octree 1, ...
 //        .         section of the scene: size unpacked (8), XXH3-64 of that size xor that of what
 //                  follows (8), zstd: a GLB that io/gltf writes and reads, see gltf/embed.h
-//        .         sections of octrees, see svo/file.h
+//        .         sections of octrees, see svo/file/file.h
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@
 #include "sinew/io/load.h"
 #include "sinew/io/output_file.h"
 #include "sinew/scene/scene.h"
-#include "sinew/svo/file.h"
+#include "sinew/svo/file/file.h"
 
 namespace sinew {
 

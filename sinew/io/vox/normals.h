@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "sinew/math/vec.h"
-#include "sinew/svo/make_svo.h"
+#include "sinew/svo/make/make_svo.h"
 
 namespace sinew::vox {
 

@@ -11,7 +11,7 @@
 #include "sinew/base/error.h"
 #include "sinew/io/load.h"
 #include "sinew/scene/scene.h"
-#include "sinew/svo/make_svo.h"
+#include "sinew/svo/make/make_svo.h"
 
 namespace sinew {
 

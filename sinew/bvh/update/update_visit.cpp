@@ -1,0 +1,66 @@
+#include "sinew/bvh/update/visit.h"
+
+#include "sinew/bvh/update/update.h"
+
+namespace sinew {
+namespace {
+
+void positions_of(const VisitedBody& body, uint32_t treelet, vec3* out) {
+  const Treelet& t = body.layout->treelets[treelet];
+  const std::span<const uint32_t> vertices(body.layout->vertices.data() + t.first_vertex,
+                                           t.vertex_count);
+  if (body.positions == nullptr) {
+    positions(*body.motion, *body.pose, vertices, {out, vertices.size()});
+  } else {
+    for (size_t i = 0; i < vertices.size(); ++i) out[i] = body.positions[vertices[i]];
+  }
+}
+
+}  // namespace
+
+bool visit_upper(VisitedBody& body, Threads threads) {
+  uint32_t state = kUnmade;
+  if (!body.upper.compare_exchange_strong(state, kBeingMade, std::memory_order_acquire)) {
+    return state != kBeingMade;
+  }
+  const WorkTime::Part timed(body.upper_work);
+  update_upper(
+      *body.layout,
+      [&](uint32_t first, std::span<Box> boxes) {
+        derive_bounds(*body.clusters, *body.motion, *body.pose, first, boxes);
+      },
+      threads, *body.bvh);
+  body.upper.store(body.bvh->root, std::memory_order_release);
+  return true;
+}
+
+uint32_t visit_treelet(VisitedBody& body, uint32_t treelet) {
+  const std::atomic_ref<uint32_t> link(body.bvh->links[treelet]);
+  uint32_t word = kUnmade;
+  if (!link.compare_exchange_strong(word, kBeingMade, std::memory_order_acquire)) {
+    return word == kBeingMade ? kNoChild : word;
+  }
+  std::optional<WorkTime::Part> timed;
+  if (is_timed(body.made.fetch_add(1, std::memory_order_relaxed))) timed.emplace(body.make_work);
+  vec3* const at = body.bvh->vertices.data() + place_of(*body.layout, treelet);
+  positions_of(body, treelet, at);
+  at[body.layout->treelets[treelet].vertex_count] = vec3(0.0f);
+  make_treelet({body.layout, nullptr, body.bvh->nodes.data(), nullptr}, treelet, at);
+  word = made_word(body.layout->treelets[treelet]);
+  link.store(word, std::memory_order_release);
+  return word;
+}
+
+Box look_at_box(const VisitedBody& body, uint32_t treelet) {
+  Box box;
+  derive_bounds(*body.clusters, *body.motion, *body.pose, treelet, {&box, 1});
+  return box;
+}
+
+void look_at_packets(const VisitedBody& body, uint32_t treelet, TreeletPackets& out) {
+  TreeletVertices at;
+  positions_of(body, treelet, at.data());
+  pack_treelet(*body.layout, treelet, at, out.data());
+}
+
+}  // namespace sinew
