@@ -10,12 +10,14 @@ target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FIL
   sinew/base/buffer.h sinew/base/error.h sinew/base/parallel.h sinew/base/work_time.h
   sinew/math/affine.h sinew/math/box.h sinew/math/ray.h sinew/math/vec.h
   sinew/motion/clusters.h sinew/motion/influences.h sinew/motion/motion.h sinew/motion/pose.h
-  sinew/bvh/bounds.h sinew/bvh/builders/build.h sinew/bvh/bvh.h sinew/bvh/update/choose.h sinew/bvh/cost.h
-  sinew/bvh/frames/frame_choice.h sinew/bvh/frames/frames.h sinew/bvh/frames/optimize.h sinew/bvh/trace/proximity.h
-  sinew/bvh/frames/segments.h sinew/bvh/trace/traverse.h sinew/bvh/tree.h sinew/bvh/frames/tree_file.h
-  sinew/bvh/update/update.h sinew/bvh/update/update_local.h sinew/bvh/wide.h
-  sinew/svo/file/file.h sinew/svo/format.h sinew/svo/make/fragments.h sinew/svo/make/make_svo.h sinew/svo/posed.h
-  sinew/svo/draw/rasterize.h sinew/svo/draw/visibility.h sinew/svo/voxel_at.h sinew/svo/make/voxelize.h
+  sinew/bvh/bounds.h sinew/bvh/bvh.h sinew/bvh/cost.h sinew/bvh/tree.h sinew/bvh/wide.h
+  sinew/bvh/builders/build.h sinew/bvh/frames/frame_choice.h sinew/bvh/frames/frames.h
+  sinew/bvh/frames/optimize.h sinew/bvh/frames/segments.h sinew/bvh/frames/tree_file.h
+  sinew/bvh/trace/proximity.h sinew/bvh/trace/traverse.h sinew/bvh/update/choose.h
+  sinew/bvh/update/update.h sinew/bvh/update/update_local.h
+  sinew/svo/format.h sinew/svo/posed.h sinew/svo/voxel_at.h sinew/svo/draw/rasterize.h
+  sinew/svo/draw/visibility.h sinew/svo/file/file.h sinew/svo/make/fragments.h
+  sinew/svo/make/make_svo.h sinew/svo/make/voxelize.h
   sinew/scene/clip.h sinew/scene/image.h sinew/scene/material.h sinew/scene/mesh.h
   sinew/scene/sample.h sinew/scene/scene.h sinew/scene/study.h
   sinew/io/image_file.h sinew/io/load.h sinew/io/movie.h sinew/io/output_file.h sinew/io/save.h
@@ -23,9 +25,10 @@ target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FIL
   sinew/world/animation_trees.h sinew/world/voxel_bodies.h sinew/world/world.h
   sinew/render/attributes.h sinew/render/camera.h sinew/render/frame.h sinew/render/gbuffer.h
   sinew/render/layers.h sinew/render/lights.h sinew/render/raster_view.h sinew/render/refinement.h
-  sinew/render/texture.h sinew/render/views.h sinew/render/voxels/voxel_batch.h sinew/render/voxels/voxel_frame.h
-  sinew/render/voxels/voxel_material.h sinew/render/voxels/voxel_settings.h sinew/render/voxels/voxel_shade.h
-  sinew/render/voxels/voxel_shadows.h sinew/render/voxelize_scene.h)
+  sinew/render/texture.h sinew/render/views.h sinew/render/voxelize_scene.h
+  sinew/render/voxels/voxel_batch.h sinew/render/voxels/voxel_frame.h
+  sinew/render/voxels/voxel_material.h sinew/render/voxels/voxel_settings.h
+  sinew/render/voxels/voxel_shade.h sinew/render/voxels/voxel_shadows.h)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/sinew)
 install(TARGETS sinew EXPORT sinewTargets
