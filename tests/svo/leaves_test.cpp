@@ -63,7 +63,33 @@ struct RayBody {
   }
 };
 
+// Small balls of which each follows a joint of its own: cells have many copies, nodes of the octree
+// more than eight children.
+std::unique_ptr<RayBody> crowded_body(uint32_t seed) {
+  Random random(seed);
+  test::SkinnedShape shape;
+  shape.joint_count = 120;
+  const test::Shape ball = test::sphere(1);
+  for (uint16_t joint = 0; joint < 120; ++joint) {
+    const vec3 center = random.uniform3(0.0f, 1.0f);
+    const auto first = static_cast<uint32_t>(shape.shape.positions.size());
+    for (const vec3 p : ball.positions) {
+      shape.shape.positions.push_back(center + 0.06f * p);
+      shape.follow(static_cast<uint32_t>(shape.shape.positions.size()) - 1, joint);
+    }
+    for (const uvec3 t : ball.triangles) shape.shape.triangles.push_back(first + t);
+  }
+  auto out = std::make_unique<RayBody>(*make_svo(*shape.voxelized(28), shape.source()));
+  for (Affine& joint : out->joints) {
+    joint = trs(random.uniform3(-0.5f, 0.5f), glm::angleAxis(1.0f, random.direction()), vec3(1));
+  }
+  out->pose();
+  return out;
+}
+
+// Kind 0: a ball of plain voxels that is bent; 1: a skinned one; 2: see crowded_body().
 std::unique_ptr<RayBody> random_body(uint32_t kind, uint32_t seed) {
+  if (kind == 2) return crowded_body(seed);
   Random random(seed);
   if (kind == 0) {  // a ball, its corners moved at random: folds
     const VoxelGrid grid{vec3(-0.5f), 1.0f / 90.0f, uvec3(90)};
@@ -156,7 +182,7 @@ std::vector<Hit> hits_of(const SceneView& scene, std::span<const Ray> rays,
 TEST(SvoLeaves, HitsAreThoseOfASlowTwin) {
   for (uint32_t seed = 1; seed <= 12; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const auto body = random_body(seed % 2, seed);
+    const auto body = random_body(seed % 3, seed);
     Random random(seed);
     const std::vector<Ray> rays = random_rays(body->box(), 240, random);
     const std::vector<Hit> hits = hits_of(body->scene(), rays, {.grouping = Grouping::none});
@@ -202,7 +228,7 @@ void expect_same(const std::vector<Hit>& a, const std::vector<Hit>& b, const cha
 TEST(SvoLeaves, HitsAreDeterministicAloneInGroupsAndOnManyThreads) {
   for (uint32_t seed = 1; seed <= 8; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const auto body = random_body(seed % 2, seed);
+    const auto body = random_body(seed % 3, seed);
     Random random(seed);
     if (seed % 4 >= 2) {
       body->place(trs(random.uniform3(-3.0f, 3.0f), glm::angleAxis(1.0f, random.direction()),
@@ -314,7 +340,7 @@ void add_boxes(const BoxBody& body, uint32_t word, uint32_t level, const Box& ab
 TEST(SvoLeaves, CoarserLevelsContainFinerOnes) {
   for (uint32_t seed = 1; seed <= 20; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const auto body = random_body(seed % 2, seed);
+    const auto body = random_body(seed % 3, seed);
     Boxes levels[kBoxLevels];
     const Box everything{vec3(-kInfinity), vec3(kInfinity)};
     for (uint32_t l = 0; l < kBoxLevels; ++l) {
@@ -455,6 +481,44 @@ TEST(SvoLeaves, PlainOctreesAreMadeOnce) {
   EXPECT_GT(body.leaves.bytes_made(), 32 * body.svo.voxel_count());
   body.pose();
   EXPECT_EQ(body.leaves.made().cells[0], made.cells[0]);
+}
+
+TEST(SvoLeaves, CopiesOfCellsMakeMoreThanEightChildren) {
+  const auto body = random_body(2, 1);
+  const uint32_t most = std::ranges::max(body->svo.nodes, {}, &SvoNode::count).count;
+  EXPECT_GT(most, 2 * kWidth);
+}
+
+// Boxes have no edges between them that a ray could slip through: they overlap.
+TEST(SvoLeaves, FastRaysMeetTheSameVoxels) {
+  for (uint32_t seed = 1; seed <= 6; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const auto body = random_body(seed % 3, seed);
+    Random random(seed);
+    const std::vector<Ray> rays = random_rays(body->box(), 4000, random);
+    const std::vector<Hit> careful = hits_of(body->scene(), rays);
+    for (const Grouping grouping : {Grouping::none, Grouping::automatic}) {
+      const std::vector<Hit> fast =
+          hits_of(body->scene(), rays, {.grouping = grouping, .precision = Precision::fast});
+      size_t other = 0;
+      for (size_t i = 0; i < rays.size(); ++i) {
+        const bool same =
+            fast[i].primitive == careful[i].primitive && fast[i].object == careful[i].object;
+        if (!same) ++other;
+      }
+      EXPECT_LE(other, rays.size() / 2000);
+    }
+  }
+}
+
+TEST(SvoLeaves, MoreCellsThanRaysTellApartAreRefused) {
+  Svo svo;
+  svo.name = "whale";
+  svo.cells.resize(kMostRayCells + 1);
+  const Result<SvoLeafLayout> layout = make_leaf_layout(svo);
+  ASSERT_FALSE(layout);
+  EXPECT_EQ(layout.error().element, "whale");
+  EXPECT_NE(layout.error().problem.find("4194305 cells"), std::string::npos);
 }
 
 TEST(SvoLeaves, EmptyAndSmallest) {
