@@ -16,7 +16,7 @@ namespace {
 using nlohmann::json;
 
 constexpr std::array<uint32_t, 6> kCounts = {10, 100, 1000, 10000, 100000, 1000000};
-constexpr uint32_t kManyPicks = 1000000;
+constexpr uint32_t kFewPicks = 10000, kManyPicks = 1000000;
 constexpr uint32_t kPoses = 4;  // of free motion, kept ready
 
 // The figure that a number of picks gives; nullptr if it gives none.
@@ -30,10 +30,11 @@ bool wants_count(const UpdateOptions& options, uint32_t picks) {
   return (sweeps && picks <= options.most_rays) || (name != nullptr && wants(options, name));
 }
 
-// Warming up lets `auto` see what rays reach. A million rays take a second: fewer rounds are
-// enough.
+// Warming up lets `auto` see what rays reach. Frames of a few milliseconds are noisy: they get more
+// rounds. A million rays take a second: fewer are enough.
 Rounds rounds_of(uint32_t picks, uint32_t repeats) {
-  return picks < kManyPicks ? Rounds{4, repeats} : Rounds{2, std::min(repeats, 3u)};
+  if (picks >= kManyPicks) return {2, std::min(repeats, 3u)};
+  return {4, picks <= kFewPicks ? 5 * repeats : repeats};
 }
 
 std::vector<Rival> rivals_of(const Arena& arena, std::span<const Ray> rays, std::span<Hit> hits) {
