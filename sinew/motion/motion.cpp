@@ -45,10 +45,28 @@ void fill_range(const MorphMotion& motion, const Pose& pose, uint32_t first, std
   }
 }
 
+// The vertices of a list are anywhere in memory: what one needs is fetched while others are moved.
+constexpr size_t kAhead = 12;
+
+template <class M>
+void prefetch(const M& motion, uint32_t vertex) {
+  if constexpr (requires { motion.rest; }) __builtin_prefetch(&motion.rest[vertex]);
+}
+void prefetch(const SkinMotion& skin, uint32_t vertex) {
+  const size_t first = size_t{vertex} * skin.influences;
+  __builtin_prefetch(&skin.rest[vertex]);
+  __builtin_prefetch(&skin.weights[first]);
+  __builtin_prefetch(&skin.joints[first]);
+}
+
 template <class M>
 void fill_list(const M& motion, const Pose& pose, std::span<const uint32_t> vertices,
                std::span<vec3> out) {
-  for (size_t i = 0; i < out.size(); ++i) out[i] = position(motion, pose, vertices[i]);
+  for (const uint32_t v : vertices.first(std::min(kAhead, out.size()))) prefetch(motion, v);
+  for (size_t i = 0; i < out.size(); ++i) {
+    if (i + kAhead < out.size()) prefetch(motion, vertices[i + kAhead]);
+    out[i] = position(motion, pose, vertices[i]);
+  }
 }
 
 // Target by target, as over a range: a target's turn costs more than its sum for one vertex.
