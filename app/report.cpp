@@ -48,19 +48,13 @@ double mrays_per_s(const FrameStats& stats) {
 }
 
 static Json paging_json(const PagingStats& stats) {
-  return {{"budget", stats.budget},
-          {"least", stats.least},
-          {"skeleton", stats.skeleton},
-          {"detail", stats.detail},
-          {"most", stats.most},
-          {"blocks", stats.blocks},
-          {"resident", stats.resident},
-          {"missing", stats.missing},
-          {"loaded", stats.loaded},
-          {"evicted", stats.evicted},
-          {"unsettled", stats.unsettled},
-          {"damaged", stats.damaged},
-          {"bytes_read", stats.bytes_read},
+  return {{"budget", stats.budget},     {"least", stats.least},
+          {"skeleton", stats.skeleton}, {"detail", stats.detail},
+          {"most", stats.most},         {"blocks", stats.blocks},
+          {"resident", stats.resident}, {"missing", stats.missing},
+          {"loaded", stats.loaded},     {"evicted", stats.evicted},
+          {"parts", stats.parts},       {"unsettled", stats.unsettled},
+          {"damaged", stats.damaged},   {"bytes_read", stats.bytes_read},
           {"read_ms", stats.read_ms}};
 }
 

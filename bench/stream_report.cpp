@@ -16,7 +16,7 @@ std::string number(const json& row, const char* key, int digits) {
 }
 
 std::string rows_text(const json& rows) {
-  std::string file, settle, flight;
+  std::string file, settle, keep, flight;
   for (const json& row : rows) {
     const std::string table = row["table"];
     if (table == "stream_file") {
@@ -36,9 +36,15 @@ std::string rows_text(const json& rows) {
           row["identical"].get<bool>() ? "identical" : "differs",
           row["fits"].get<bool>() ? "fits" : "-", row["loaded"].get<uint64_t>(),
           row["evicted"].get<uint64_t>(), number(row, "read_mib", 1), number(row, "most_mib", 1));
+      keep += fmt::format("{:<12}{:<12}{:>10}{:>10}{:>11}{:>7}{:>8}{:>10}\n",
+                          row["budget"].get<std::string>(), row["view"].get<std::string>(),
+                          number(row, "whole_ms", 0), number(row, "kept_ms", 0),
+                          row["kept_identical"].get<bool>() ? "identical" : "differs",
+                          row["kept_parts"].get<uint64_t>(), row["kept_loaded"].get<uint64_t>(),
+                          number(row, "kept_most_mib", 1));
     } else if (table == "stream_flight") {
       flight += fmt::format(
-          "{:<12}{:>9}{:>9}{:>9}{:>9}{:>12}{:>9}{:>8}{:>8}{:>9}{:>8}{:>9}{:>10}\n",
+          "{:<12}{:>9}{:>9}{:>9}{:>9}{:>12}{:>9}{:>8}{:>8}{:>10}{:>8}{:>9}{:>10}\n",
           row["budget"].get<std::string>(), number(row, "median_ms", 1), number(row, "p99_ms", 1),
           number(row, "largest_ms", 1), number(row, "stutter", 2),
           number(row, "whole_median_ms", 1), row["stalled"].get<int>(),
@@ -48,13 +54,14 @@ std::string rows_text(const json& rows) {
     }
   }
   return fmt::format(
-      "{}\nUntil the picture is settled\n{:<12}{:<12}{:>10}{:>10}{:>10}{:>11}{:>7}{:>8}{:>9}{:>10}"
-      "{:>10}\n{}\nA flight\n{:<12}{:>9}{:>9}{:>9}{:>9}{:>12}{:>9}{:>8}{:>8}{:>9}{:>8}{:>9}{:>10}\n"
-      "{}",
+      "{}\nUntil the picture is settled, frame by frame\n"
+      "{:<12}{:<12}{:>10}{:>10}{:>10}{:>11}{:>7}{:>8}{:>9}{:>10}{:>10}\n{}\n"
+      "Pictures to keep, in parts\n{:<12}{:<12}{:>10}{:>10}{:>11}{:>7}{:>8}{:>10}\n{}\n"
+      "A flight\n{:<12}{:>9}{:>9}{:>9}{:>9}{:>12}{:>9}{:>8}{:>8}{:>10}{:>8}{:>9}{:>10}\n{}",
       file, "budget", "view", "first ms", "its PSNR", "settled", "", "", "loaded", "evicted",
-      "read MiB", "most MiB", settle, "budget", "median", "p99", "largest", "stutter",
-      "whole's med", "stalled", "coarse", "PSNR", "its least", "loaded", "evicted", "read MiB",
-      flight);
+      "read MiB", "most MiB", settle, "budget", "view", "whole ms", "ms", "", "parts", "loaded",
+      "most MiB", keep, "budget", "median", "p99", "largest", "stutter", "whole's med", "stalled",
+      "coarse", "PSNR", "its least", "loaded", "evicted", "read MiB", flight);
 }
 
 std::string plot_of(const json& rows) {

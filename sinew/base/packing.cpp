@@ -62,7 +62,8 @@ uint64_t most_unpacked(uint64_t packed) {
 
 bool unpack(std::span<const uint8_t> packed, std::span<uint8_t> out) {
   if (ZSTD_findFrameCompressedSize(packed.data(), packed.size()) != packed.size()) return false;
-  const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
+  // One a thread: it costs as much as a small page.
+  thread_local const std::unique_ptr<ZSTD_DCtx, FreeContext> context(ZSTD_createDCtx());
   SINEW_CHECK(context != nullptr);
   const size_t size =
       ZSTD_decompressDCtx(context.get(), out.data(), out.size(), packed.data(), packed.size());

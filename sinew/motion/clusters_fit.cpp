@@ -123,11 +123,20 @@ dvec3 support_direction(uint32_t index) {
 
 void store_support(std::span<const dvec3> latent, uint8_t (&out)[kSupports]) {
   constexpr double kUnits = 1.0 / kSupportUnit * (1.0 + 1e-6);
+  double x[kSupports], y[kSupports], z[kSupports], most[kSupports];
   for (uint32_t i = 0; i < kSupports; ++i) {
     const dvec3 direction = support_direction(i);
-    double most = -INFINITY;
-    for (const dvec3& s : latent) most = std::max(most, dot(direction, s));
-    out[i] = static_cast<uint8_t>(std::clamp(std::ceil(most * kUnits), 0.0, 255.0));
+    x[i] = direction.x, y[i] = direction.y, z[i] = direction.z;
+    most[i] = -INFINITY;
+  }
+  for (const dvec3& s : latent) {
+    for (uint32_t i = 0; i < kSupports; ++i) {
+      const double along = x[i] * s.x + y[i] * s.y + z[i] * s.z;
+      most[i] = most[i] < along ? along : most[i];
+    }
+  }
+  for (uint32_t i = 0; i < kSupports; ++i) {
+    out[i] = static_cast<uint8_t>(std::clamp(std::ceil(most[i] * kUnits), 0.0, 255.0));
   }
 }
 
@@ -310,10 +319,12 @@ class PieceFitter {
   void add_joint(uint16_t joint) {
     JointFit fit;
     fit.joint = joint;
+    weights_.resize(vertices_.size());
+    for (size_t i = 0; i < vertices_.size(); ++i) weights_[i] = weight_of(vertices_[i], joint);
     for (int r = 0; r < 4; ++r) {
       for (size_t i = 0; i < vertices_.size(); ++i) {
         const dvec3 q = dvec3(source_.rest[vertices_[i]]) - dvec3(frame_.center);
-        values_[i] = weight_of(vertices_[i], joint) * (r < 3 ? q[r] : 1.0);
+        values_[i] = weights_[i] * (r < 3 ? q[r] : 1.0);
       }
       const Row row = fitter_.fit(values_);
       std::ranges::copy(row.slope, fit.affine[r] + 1);
@@ -359,6 +370,7 @@ class PieceFitter {
   FitStore& out_;
   ClusterPiece piece_;
   std::vector<double> values_;    // scratch: one a vertex
+  std::vector<double> weights_;   // the same
   std::vector<uint16_t> joints_;  // that move the piece, ascending
   double defect_ = 0.0;           // of the weights' sums, against 1
   double weight_size_ = 1.0;      // the largest sum of a vertex's |weights|

@@ -84,6 +84,7 @@ void draw_voxels_alone(const FrameContext& frame, const CameraView& camera,
   const auto fetch = [&](std::span<const VisibilityKey> keys, VoxelBatch& batch) {
     voxels.fetch(keys, batch);
   };
+  voxels.allow_parts();
   for (uint32_t sample = 0; sample < settings.samples; ++sample) {
     const vec2 offset = hammersley(sample, settings.samples);
     draw_voxels(camera, settings, pixels, offset, scratch, tally);

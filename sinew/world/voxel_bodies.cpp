@@ -11,7 +11,6 @@ constexpr size_t kMostBoxes = 8192;  // beyond it one an instance
 
 void VoxelBodies::bind(const Scene& scene) {
   motions_.clear();
-  for (const Svo& svo : scene.octrees) motions_.push_back(make_svo_motion(svo));
   posed_ = std::vector<PosedSvo>(scene.voxels.size());
   leader_.assign(scene.voxels.size(), 0);
   leaders_.clear();
@@ -39,6 +38,9 @@ void VoxelBodies::set_pose(const Scene& scene, const ScenePose& pose) {
   instances_.clear();
   objects_.clear();
   leaders_.clear();
+  for (size_t i = motions_.size(); i < scene.octrees.size(); ++i) {
+    motions_.push_back(make_svo_motion(scene.octrees[i]));
+  }
   uint64_t units = 0;
   for (uint32_t i = 0; i < scene.voxels.size(); ++i) {
     const uint32_t octree = scene.voxels[i].octree;

@@ -16,12 +16,13 @@ namespace sinew {
 
 class VoxelBodies {
  public:
-  // Makes the motions of the scene's octrees; the scene must outlive them. Allocates.
+  // Begins with another scene, which must outlive the object. Allocates.
   void bind(const Scene& scene);
 
   // Brings the voxel objects to the pose, which must outlive the frame: corners move when the
   // rasteriser asks for them. Absent objects are left out, and those beyond what a key can name.
-  // After the first pose of a scene nothing is allocated.
+  // The first pose of a scene makes the motions of its octrees, which may take a second; after it
+  // nothing is allocated.
   void set_pose(const Scene& scene, const ScenePose& pose);
 
   // Or: takes views of the voxel objects that a world shows, until its next commit or flip. Those
@@ -42,7 +43,7 @@ class VoxelBodies {
  private:
   uint32_t posed_as(const Scene& scene, const ScenePose& pose, uint32_t object) const;
 
-  std::vector<SvoMotion> motions_;  // one an octree
+  std::vector<SvoMotion> motions_;  // one an octree, from the first pose on
   std::vector<PosedSvo> posed_;     // one an object; only leaders' are used
   std::vector<uint32_t> leader_;    // of each object: the first one with this octree and pose
   std::vector<uint32_t> leaders_;   // in this pose

@@ -9,61 +9,17 @@
 #include "sinew/render/shade.h"
 #include "sinew/render/voxels/voxel_opponents.h"
 #include "sinew/render/voxels/voxel_primary.h"
+#include "sinew/render/voxels/voxel_tiles.h"
 #include "sinew/svo/file/stream.h"
 
 namespace sinew {
 namespace {
 
-constexpr uint32_t kTileWidth = 32, kTileHeight = 16;  // pixels; a tile's winners fit a batch
-static_assert(kTileWidth * kTileHeight <= kMostWinners);
 constexpr size_t kTilesPerTask = 4;
-constexpr uint16_t kBackground = 0xffff;
 
 double now_ms() {
   using namespace std::chrono;
   return duration<double, std::milli>(steady_clock::now().time_since_epoch()).count();
-}
-
-// What names a voxel in a key.
-uint64_t name_of(VisibilityKey key) {
-  return key & ((uint64_t{1} << 37) - 1);
-}
-
-// The voxels in a tile, each once, and which of them each pixel shows.
-struct TileWinners {
-  uint32_t count = 0;
-  VisibilityKey keys[kMostWinners];
-  uint16_t index[kTileHeight][kTileWidth];
-};
-
-struct Tile {
-  uint32_t left, top, width, height;
-};
-
-void list_winners(const Visibility& visibility, const Tile& tile, TileWinners& out) {
-  out.count = 0;
-  uint64_t above[kTileWidth];
-  std::fill_n(above, kTileWidth, ~uint64_t{0});
-  for (uint32_t y = 0; y < tile.height; ++y) {
-    const VisibilityKey* const row =
-        &visibility.keys[size_t{tile.top + y} * visibility.width + tile.left];
-    uint64_t before = ~uint64_t{0};
-    for (uint32_t x = 0; x < tile.width; ++x) {
-      const uint64_t name = row[x] == kNothing ? ~uint64_t{0} : name_of(row[x]);
-      uint16_t& index = out.index[y][x];
-      if (row[x] == kNothing) {
-        index = kBackground;
-      } else if (name == before) {
-        index = out.index[y][x - 1];
-      } else if (name == above[x]) {
-        index = out.index[y - 1][x];
-      } else {
-        index = static_cast<uint16_t>(out.count);
-        out.keys[out.count++] = row[x];
-      }
-      before = above[x] = name;
-    }
-  }
 }
 
 // What lies behind a row of the tile.
@@ -80,13 +36,19 @@ void lay_background(const VoxelPass& pass, const Tile& tile, uint32_t y, vec4* o
                    out);
 }
 
-void shade_tile(const VoxelPass& pass, const Tile& tile, Image& out) {
+void shade_tile(const VoxelPass& pass, size_t index, Image& out) {
+  const Tile tile = shading_tile(pass.visibility, index);
   TileWinners winners;
   VoxelBatch batch;
   alignas(64) Radiance radiance;
   list_winners(pass.visibility, tile, winners);
   if (winners.count > 0) {
-    pass.fetch({winners.keys, winners.count}, batch);
+    const std::span<const VisibilityKey> keys(winners.keys, winners.count);
+    if (pass.kept != nullptr) {
+      pass.kept->fetch(index, keys, batch);
+    } else {
+      pass.fetch(keys, batch);
+    }
     shade_voxels(pass.lighting, batch, radiance);
   }
   const bool whole = pass.first && pass.share == 1.0f;
@@ -94,13 +56,13 @@ void shade_tile(const VoxelPass& pass, const Tile& tile, Image& out) {
   for (uint32_t y = 0; y < tile.height; ++y) {
     vec4* const pixels = &out.pixels[size_t{tile.top + y} * out.width + tile.left];
     vec4* const row = whole ? pixels : buffer;
-    const uint16_t* const index = winners.index[y];
+    const uint16_t* const winner = winners.index[y];
     const bool covered =
-        std::none_of(index, index + tile.width, [](uint16_t i) { return i == kBackground; });
+        std::none_of(winner, winner + tile.width, [](uint16_t i) { return i == kBackground; });
     if (!covered) lay_background(pass, tile, y, row);
     for (uint32_t x = 0; x < tile.width; ++x) {
-      if (index[x] == kBackground) continue;
-      const float* const c = radiance[index[x]];
+      if (winner[x] == kBackground) continue;
+      const float* const c = radiance[winner[x]];
       row[x] = vec4(c[0], c[1], c[2], c[3]);
     }
     if (whole) continue;
@@ -124,17 +86,8 @@ bool is_mirror(const VoxelMaterial& material) {
 void shade_pass(const VoxelPass& pass, Image& out) {
   const uint32_t width = pass.visibility.width, height = pass.visibility.height;
   SINEW_CHECK(out.width == width && out.height == height);
-  const uint32_t columns = (width + kTileWidth - 1) / kTileWidth;
-  const uint32_t rows = (height + kTileHeight - 1) / kTileHeight;
-  parallel_for(size_t{columns} * rows, kTilesPerTask, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const uint32_t left = static_cast<uint32_t>(i % columns) * kTileWidth;
-      const uint32_t top = static_cast<uint32_t>(i / columns) * kTileHeight;
-      shade_tile(
-          pass,
-          {left, top, std::min(kTileWidth, width - left), std::min(kTileHeight, height - top)},
-          out);
-    }
+  parallel_for(shading_tiles(pass.visibility), kTilesPerTask, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) shade_tile(pass, i, out);
   });
 }
 
@@ -155,6 +108,7 @@ void VoxelFrame::bind(const Scene& scene, const TextureTable& textures) {
 void VoxelFrame::begin(const World& world, const VoxelSettings& settings) {
   settings_ = settings;
   stats_ = {};
+  in_parts_ = keeps_ = false;
   const double start = now_ms();
   world_ = &world;
   begin_paging(scene_->octrees);
@@ -168,6 +122,7 @@ void VoxelFrame::begin(const World& world, const VoxelSettings& settings) {
 void VoxelFrame::begin(const Scene& scene, const ScenePose& pose, const VoxelSettings& settings) {
   settings_ = settings;
   stats_ = {};
+  in_parts_ = keeps_ = false;
   const double start = now_ms();
   world_ = nullptr;
   begin_paging(scene.octrees);
@@ -183,7 +138,12 @@ void VoxelFrame::set_shadows(std::span<const ShadingLight> lights, bool maps) {
   const double start = now_ms();
   stats_.shadow_maps = true;
   bodies_.list_boxes();
-  draw_settled([&] { stats_.shadows = shadows_.draw(lights, bodies_, settings_); });
+  stats_.shadows = {};
+  draw_in_parts(
+      [&](RasterPart part) {
+        add(shadows_.draw(lights, bodies_, settings_, part), stats_.shadows);
+      },
+      [] {});
   stats_.shadow_ms = now_ms() - start;
 }
 
@@ -239,13 +199,48 @@ void VoxelFrame::draw_settled(const Draw& draw) {
   if (world_ != nullptr) world_->refresh_octrees();
 }
 
+// Draws part after part until all that is seen was drawn; keep() before the detail of what was
+// drawn goes, and in the end. Returns whether it was called.
+template <class Draw, class Keep>
+bool VoxelFrame::draw_in_parts(const Draw& draw, const Keep& keep) {
+  const std::span<const Svo> octrees = scene_->octrees;
+  bool keeps = false;
+  if (!begin_parts(octrees)) {
+    draw(RasterPart::whole);
+    return false;
+  }
+  draw(RasterPart::first);
+  while (end_part(octrees)) {
+    if (!part_fits(octrees)) {
+      keep();
+      keeps = true;
+    }
+    read_part(octrees);
+    draw(RasterPart::more);
+  }
+  if (keeps) keep();
+  end_parts(octrees);
+  if (world_ != nullptr) world_->refresh_octrees();
+  return keeps;
+}
+
 void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step,
                       vec2 offset) {
   const double start = now_ms();
   view_ = camera_raster_view(camera, width, height, step, offset);
   const RasterSettings raster{.smallest = settings_.lod, .lod = settings_.lod > 0.0f};
+  keeps_ = false;
   if (settings_.skinning == VoxelSkinning::lattice) {
-    draw_settled([&] { stats_.camera = rasterize(drawn_, view_, raster, *scratch_, visibility_); });
+    const auto draw_part = [&](RasterPart part) {
+      if (part != RasterPart::more) stats_.camera = {};
+      add(rasterize(drawn_, view_, raster, *scratch_, visibility_, part), stats_.camera);
+    };
+    if (in_parts_) {
+      kept_.clear();
+      keeps_ = draw_in_parts(draw_part, [&] { kept_.keep(drawn_, visibility_); });
+    } else {
+      draw_settled([&] { draw_part(RasterPart::whole); });
+    }
   } else {
     if (!opponents_) opponents_ = std::make_unique<VoxelOpponents>();
     stats_.camera = {};
@@ -257,11 +252,13 @@ void VoxelFrame::draw(const CameraView& camera, uint32_t width, uint32_t height,
 }
 
 VoxelSample VoxelFrame::sample(VisibilityKey key) const {
+  SINEW_CHECK(!keeps_);
   return settings_.skinning == VoxelSkinning::lattice ? sample_voxel(drawn_, key)
                                                       : opponents_->sample(key);
 }
 
 void VoxelFrame::fetch(std::span<const VisibilityKey> keys, VoxelBatch& out) const {
+  SINEW_CHECK(!keeps_);
   if (settings_.skinning == VoxelSkinning::lattice) {
     return fetch_voxels(drawn_, keys, out);
   }
@@ -272,7 +269,9 @@ void VoxelFrame::fetch(std::span<const VisibilityKey> keys, VoxelBatch& out) con
 
 void VoxelFrame::shade(const VoxelPass& pass, Image& out) {
   const double start = now_ms();
-  shade_pass(pass, out);
+  VoxelPass from = pass;
+  from.kept = keeps_ ? &kept_ : nullptr;
+  shade_pass(from, out);
   stats_.shade_ms += now_ms() - start;
 }
 

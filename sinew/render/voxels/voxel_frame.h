@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "sinew/render/gbuffer.h"
+#include "sinew/render/voxels/kept_voxels.h"
 #include "sinew/render/voxels/voxel_settings.h"
 #include "sinew/render/voxels/voxel_shade.h"
 #include "sinew/render/voxels/voxel_shadows.h"
@@ -21,12 +22,13 @@ struct VoxelPass {
   const VoxelLighting& lighting;
   const Visibility& visibility;
   VoxelFetch fetch;
-  uint32_t width = 0, height = 0;  // of the camera's whole image
-  uint32_t step = 1;               // how many of its pixels a pixel of the pass is wide
-  vec2 offset{0.5f};               // of the pass's rays in its pixels
-  bool transparent = false;        // nothing behind the voxels, alpha 0
-  float share = 1.0f;              // of the pass in the picture
-  bool first = true;               // else adds to what is there
+  uint32_t width = 0, height = 0;    // of the camera's whole image
+  uint32_t step = 1;                 // how many of its pixels a pixel of the pass is wide
+  vec2 offset{0.5f};                 // of the pass's rays in its pixels
+  bool transparent = false;          // nothing behind the voxels, alpha 0
+  float share = 1.0f;                // of the pass in the picture
+  bool first = true;                 // else adds to what is there
+  const KeptVoxels* kept = nullptr;  // then voxels are fetched from there
 };
 
 // Shades every pixel of the pass, each voxel that several pixels of a tile show once. `out` has the
@@ -45,8 +47,8 @@ class VoxelFrame {
 
   // Begins a frame of what the world shows, until its next commit: what comes and goes of octrees
   // (svo/file/stream.h), and their poses. All of it is drawn until choose() says otherwise. Of
-  // octrees that are to settle, everything that shadow maps and drawn pictures show is there
-  // afterwards. Must not overlap queries of the world; nor must draw() and set_shadows().
+  // octrees that are to settle, shadow maps show everything, and drawn pictures what fits: it is
+  // there afterwards. Must not overlap queries of the world; nor must draw() and set_shadows().
   void begin(const World& world, const VoxelSettings& settings);
   // The same of a scene that is in no world: poses its octrees. Nothing can be traced.
   void begin(const Scene& scene, const ScenePose& pose, const VoxelSettings& settings);
@@ -66,6 +68,10 @@ class VoxelFrame {
   std::span<const uint8_t> drawn() const { return hidden_drawn_; }
   std::span<const uint8_t> all() const { return hidden_all_; }
 
+  // From here on, until the next frame, draw() draws pictures in parts where their voxels do not
+  // fit into memory, so that they are those of the whole octrees. They are shaded by shade() alone.
+  void allow_parts() { in_parts_ = true; }
+
   // Finds which voxels are in front, as camera_raster_view() sees them.
   void draw(const CameraView& camera, uint32_t width, uint32_t height, uint32_t step, vec2 offset);
   const Visibility& visibility() const { return visibility_; }
@@ -73,7 +79,7 @@ class VoxelFrame {
   std::span<const VoxelMaterial> materials() const { return materials_; }
   std::span<const VoxelInstance> instances() const { return bodies_.instances(); }
 
-  // Fetches what draw() has found.
+  // Fetches what draw() has found, if it was not in parts.
   void fetch(std::span<const VisibilityKey> keys, VoxelBatch& out) const;
 
   // Shades what draw() has found. `lighting` says the materials and shadows of this frame.
@@ -96,6 +102,8 @@ class VoxelFrame {
   void resolve(const VoxelSample& voxel, const Ray& ray, const RayCone& cone, Surface& out) const;
   template <class Draw>
   void draw_settled(const Draw& draw);
+  template <class Draw, class Keep>
+  bool draw_in_parts(const Draw& draw, const Keep& keep);
 
   const Scene* scene_ = nullptr;
   const World* world_ = nullptr;  // null: the octrees are posed here
@@ -113,6 +121,9 @@ class VoxelFrame {
   std::unique_ptr<VoxelOpponents> opponents_;  // once they are asked for
   RasterView view_;
   Visibility visibility_;
+  bool in_parts_ = false;
+  bool keeps_ = false;  // what is seen is in kept_
+  KeptVoxels kept_;
   VoxelStats stats_;
 };
 

@@ -9,19 +9,6 @@ float plane(vec4 row, vec3 p) {
   return row.x * p.x + row.y * p.y + row.z * p.z + row.w;
 }
 
-void add(const RasterStats& stats, RasterStats& sum) {
-  sum.blocks += stats.blocks;
-  sum.blocks_drawn += stats.blocks_drawn;
-  sum.cells += stats.cells;
-  sum.cells_hidden += stats.cells_hidden;
-  sum.voxels_drawn += stats.voxels_drawn;
-  sum.leaves_drawn += stats.leaves_drawn;
-  sum.nodes_drawn += stats.nodes_drawn;
-  sum.pose_ms += stats.pose_ms;
-  sum.view_ms += stats.view_ms;
-  sum.draw_ms += stats.draw_ms;
-}
-
 // Size of a pixel at depth one; of an orthographic view at any depth.
 float pixel_of(const RasterView& view) {
   const vec3 across = vec3(view.x) - 0.5f * static_cast<float>(view.width) * vec3(view.w);
@@ -79,7 +66,7 @@ float lit_share(const VoxelShadowMap& shadow, const ShadowReceiver& receiver) {
 }
 
 RasterStats VoxelShadows::draw(std::span<const ShadingLight> lights, const VoxelBodies& bodies,
-                               const VoxelSettings& settings) {
+                               const VoxelSettings& settings, RasterPart part) {
   clear(lights.size());
   RasterStats stats;
   if (bodies.boxes().empty()) return stats;
@@ -93,7 +80,7 @@ RasterStats VoxelShadows::draw(std::span<const ShadingLight> lights, const Voxel
     for (uint32_t v = 0; v < maps_[i].views; ++v, ++views) {
       if (scratch_.size() == views) scratch_.push_back(make_raster_scratch());
       add(rasterize_depth(bodies.instances(), maps_[i].view[v], raster, *scratch_[views],
-                          maps_[i].map[v]),
+                          maps_[i].map[v], part),
           stats);
     }
   }

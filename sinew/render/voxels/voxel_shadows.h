@@ -59,7 +59,7 @@ class VoxelShadows {
   // Draws a map for every light with shadows. Lights and bodies may change from frame to frame; in
   // the steady state nothing is allocated.
   RasterStats draw(std::span<const ShadingLight> lights, const VoxelBodies& bodies,
-                   const VoxelSettings& settings);
+                   const VoxelSettings& settings, RasterPart part = RasterPart::whole);
   // No shadows: everything is lit.
   void clear(size_t lights);
 

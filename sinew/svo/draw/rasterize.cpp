@@ -55,6 +55,7 @@ struct RasterScratch {
   Buffer<uint32_t> offsets;  // of the entries of each chunk in each tile's list; tile-major
   Buffer<uint32_t> list, order, units;
   Buffer<uint8_t> marks;
+  std::vector<float> front;       // of a picture in parts: depths of its keys
   std::vector<uint64_t> seen[2];  // before, now
   std::vector<TileCounts> counts;
 };
@@ -67,24 +68,6 @@ RasterScratchPtr make_raster_scratch() {
 }
 
 namespace {
-
-vec4 compose(vec4 row, const Affine& placement) {
-  const glm::dvec3 direction(row);
-  const auto along = [&](int axis) {
-    return static_cast<float>(dot(direction, glm::dvec3(placement[axis])));
-  };
-  const double constant = dot(direction, glm::dvec3(placement[3])) + double{row.w};
-  return vec4(along(0), along(1), along(2), static_cast<float>(constant));
-}
-
-bool is_perspective(const RasterView& view) {
-  return view.w == view.depth;
-}
-
-ClipMap map_of(const RasterView& view, const Affine& placement) {
-  return {compose(view.x, placement), compose(view.y, placement), compose(view.depth, placement),
-          view.near, is_perspective(view)};
-}
 
 // Terms are summed as in project_corners.
 ClipPoint project(const ClipMap& m, vec3 p) {
@@ -113,6 +96,7 @@ struct Frame {
   const RasterView& view;
   const RasterSettings& settings;
   RasterScratch& scratch;
+  RasterPart part = RasterPart::whole;
   uint32_t tiles_x = 0, tiles_y = 0;
   uint32_t chunks = 0;  // of blocks; one more for nodes
   uint32_t blocks_a_chunk = 1;
@@ -143,7 +127,8 @@ void view_node(Frame& frame, uint32_t instance, uint32_t first_block_node, uint3
   const VoxelInstance& body = frame.instances[instance];
   const Svo& svo = body.posed->svo();
   const SvoNode& node = svo.nodes[n];
-  if (node.level == kBlockLevel) ++frame.stats.blocks;
+  const bool first = frame.part != RasterPart::more;
+  if (node.level == kBlockLevel && first) ++frame.stats.blocks;
   const Box bounds = body.posed->bounds(n);
   const ScreenBox box = project_box(scratch.maps[instance], bounds);
   if (!box.seen()) return;
@@ -154,21 +139,28 @@ void view_node(Frame& frame, uint32_t instance, uint32_t first_block_node, uint3
     return;
   }
   if (frame.settings.lod && std::max(box.x1 - box.x0, box.y1 - box.y0) < frame.settings.smallest) {
+    if (!first) return;
     return add_node(frame, scratch.maps[instance], bounds, box, x, y,
                     body.first_unit + static_cast<uint32_t>(svo.cells.size()) + n);
   }
   if (node.level == kBlockLevel) {
+    const auto shown = svo.paging ? svo.paging->shown(n - first_block_node) : BlockShown::detail;
+    if (shown == BlockShown::drawn) return;
     scratch.blocks.push_back({.svo = &svo,
                               .instance = instance,
                               .block = n - first_block_node,
                               .node = n,
-                              .first_unit = body.first_unit});
-    if (svo.paging) {
-      scratch.blocks.back().resident = svo.paging->resident()[n - first_block_node] != 0;
-    }
+                              .first_unit = body.first_unit,
+                              .resident = shown == BlockShown::detail,
+                              .later = shown == BlockShown::later});
     return;
   }
   for (uint32_t i = node.count; i-- > 0;) scratch.stack.push_back(node.first + i);
+}
+
+// Whether the instance may have something that the parts before did not draw.
+bool has_more(const Frame& frame, const Svo& svo) {
+  return frame.part != RasterPart::more || (svo.paging && svo.paging->in_parts());
 }
 
 void find_blocks(Frame& frame) {
@@ -180,6 +172,7 @@ void find_blocks(Frame& frame) {
     const VoxelInstance& body = frame.instances[i];
     scratch.maps.push_back(map_of(frame.view, body.placement));
     if (body.posed == nullptr || body.posed->svo().block_count() == 0) continue;
+    if (!has_more(frame, body.posed->svo())) continue;
     const uint32_t first_block_node = body.posed->svo().first_block_node();
     scratch.stack.assign(1, 0);
     while (!scratch.stack.empty()) {
@@ -360,6 +353,7 @@ void draw_tiles(Frame& frame, TileJob shared) {
     const size_t pixel = size_t{job.y} * shared.stride + job.x;
     if (job.keys != nullptr) job.keys += pixel;
     if (job.depth != nullptr) job.depth += pixel;
+    if (job.front != nullptr) job.front += pixel;
     scratch.counts[tile] = draw_tile(job);
   });
   for (const TileCounts& counts : scratch.counts) {
@@ -409,13 +403,15 @@ void turn_history(Frame& frame) {
 }
 
 RasterStats run(std::span<const VoxelInstance> instances, const RasterView& view,
-                const RasterSettings& settings, RasterScratch& scratch, const TileJob& out) {
+                const RasterSettings& settings, RasterScratch& scratch, const TileJob& out,
+                RasterPart part = RasterPart::whole) {
   check_units(instances);
-  Frame frame{.instances = instances, .view = view, .settings = settings, .scratch = scratch};
+  Frame frame{
+      .instances = instances, .view = view, .settings = settings, .scratch = scratch, .part = part};
   frame.tiles_x = (view.width + kTileSide - 1) / kTileSide;
   frame.tiles_y = (view.height + kTileSide - 1) / kTileSide;
   Clock::time_point start = Clock::now();
-  turn_history(frame);
+  if (part != RasterPart::more) turn_history(frame);
   find_blocks(frame);
   frame.stats.view_ms = ms_since(start);
   start = Clock::now();
@@ -438,23 +434,40 @@ RasterStats run(std::span<const VoxelInstance> instances, const RasterView& view
 }  // namespace
 
 RasterStats rasterize(std::span<const VoxelInstance> instances, const RasterView& view,
-                      const RasterSettings& settings, RasterScratch& scratch, Visibility& out) {
+                      const RasterSettings& settings, RasterScratch& scratch, Visibility& out,
+                      RasterPart part) {
+  const size_t pixels = size_t{view.width} * view.height;
   out.width = view.width;
   out.height = view.height;
-  out.keys.resize(size_t{view.width} * view.height);
+  if (part == RasterPart::first) {
+    out.keys.assign(pixels, kNothing);
+    scratch.front.assign(pixels, std::numeric_limits<float>::infinity());
+  } else {
+    SINEW_CHECK(part == RasterPart::whole || scratch.front.size() == pixels);
+    out.keys.resize(pixels);
+  }
   TileJob job;
   job.keys = out.keys.data();
-  return run(instances, view, settings, scratch, job);
+  job.adds = part != RasterPart::whole;
+  job.front = job.adds ? scratch.front.data() : nullptr;
+  return run(instances, view, settings, scratch, job, part);
 }
 
 RasterStats rasterize_depth(std::span<const VoxelInstance> instances, const RasterView& view,
-                            const RasterSettings& settings, RasterScratch& scratch, DepthMap& out) {
+                            const RasterSettings& settings, RasterScratch& scratch, DepthMap& out,
+                            RasterPart part) {
+  const size_t pixels = size_t{view.width} * view.height;
   out.width = view.width;
   out.height = view.height;
-  out.depth.resize(size_t{view.width} * view.height);
+  if (part == RasterPart::first) {
+    out.depth.assign(pixels, std::numeric_limits<float>::infinity());
+  } else {
+    out.depth.resize(pixels);
+  }
   TileJob job;
   job.depth = out.depth.data();
-  return run(instances, view, settings, scratch, job);
+  job.adds = part != RasterPart::whole;
+  return run(instances, view, settings, scratch, job, part);
 }
 
 RasterStats rasterize_skinned(const VoxelInstance& instance, const RasterView& view,

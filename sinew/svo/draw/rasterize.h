@@ -9,6 +9,12 @@
 // asked for unless they are hidden: when nothing more comes, the picture is that of the whole
 // octree.
 //
+// Where the detail does not fit into memory, a picture is drawn in parts: the first shows what is
+// there, each of the others what has come since, on top of what is drawn. What is still to come is
+// not drawn, but hides as cells whom it would ask for. The last part completes the picture of the
+// whole octree: of a pixel's voxels the least depth wins whatever the order
+// (svo/draw/visibility.h).
+//
 // A drawn voxel covers every pixel whose centre lies in its projected box, so nothing shows through
 // between neighbours, whatever the stretch. The picture is the same for any number of threads, and
 // whatever was seen in the last frame.
@@ -54,11 +60,19 @@ struct RasterScratchDeleter {
 using RasterScratchPtr = std::unique_ptr<RasterScratch, RasterScratchDeleter>;
 RasterScratchPtr make_raster_scratch();
 
+// Which part of a picture is drawn, see PagedSvo::begin_parts(). `more` needs the scratch, the size
+// and the result of the part before.
+enum class RasterPart : uint8_t { whole, first, more };
+
 // Both need instances with rising `first_unit`, as many units in all as kMostUnits at most
 // (checked).
 RasterStats rasterize(std::span<const VoxelInstance> instances, const RasterView& view,
-                      const RasterSettings& settings, RasterScratch& scratch, Visibility& out);
+                      const RasterSettings& settings, RasterScratch& scratch, Visibility& out,
+                      RasterPart part = RasterPart::whole);
 RasterStats rasterize_depth(std::span<const VoxelInstance> instances, const RasterView& view,
-                            const RasterSettings& settings, RasterScratch& scratch, DepthMap& out);
+                            const RasterSettings& settings, RasterScratch& scratch, DepthMap& out,
+                            RasterPart part = RasterPart::whole);
+// Sums what was drawn and how long it took.
+void add(const RasterStats& stats, RasterStats& sum);
 
 }  // namespace sinew

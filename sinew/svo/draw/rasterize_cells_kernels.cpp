@@ -149,7 +149,9 @@ HWY_INLINE float middle_depth(const BlockJob& job, const SvoCell& cell) {
 
 // A cell whose block is not there: its one box instead of its voxels. It is hidden by what hides
 // these, so that a block which is seen no more is not asked for either.
-HWY_INLINE void draw_as_cell(const BlockJob& job, const SvoCell& cell, RasterCell& out) {
+HWY_INLINE void draw_as_cell(const BlockJob& job, const SvoCell& cell, const RasterBlock& block,
+                             RasterCell& out) {
+  if (block.later) out.fine = kStandIn;
   out.path = RasterPath::rectangle;
   out.level = kCellLevel;
   out.far_depth = std::clamp(middle_depth(job, cell), out.near_depth, out.far_depth);
@@ -167,7 +169,7 @@ HWY_NOINLINE bool view_near_cell(const BlockJob& job, const SvoCell& cell, const
   out.far_depth = box.far_depth;
   out.fine = 1;
   block.voxel = std::max(block.voxel, static_cast<float>(std::max(job.width, job.height)));
-  if (!block.resident) draw_as_cell(job, cell, out);
+  if (!block.resident) draw_as_cell(job, cell, block, out);
   return in_view(job, pixel_range(box.x0, box.x1), pixel_range(box.y0, box.y1), out);
 }
 
@@ -201,7 +203,7 @@ HWY_INLINE bool view_cell(const BlockJob& job, const SvoCell& cell, V4 reach_row
     grow_y += out.half_y;
     out.fine = 1;
     block.voxel = std::max(block.voxel, 2.0f * std::max(half[0], half[1]));
-    if (!block.resident) draw_as_cell(job, cell, out);
+    if (!block.resident) draw_as_cell(job, cell, block, out);
   }
   return in_view(job, pixel_range(low[0] - grow_x, high[0] + grow_x),
                  pixel_range(low[1] - grow_y, high[1] + grow_y), out);

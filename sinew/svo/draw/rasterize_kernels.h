@@ -46,14 +46,16 @@ struct TileJob {
   uint64_t* seen_now = nullptr;                  // written by all tiles at once
   VisibilityKey* keys = nullptr;                 // the tile's first, or
   float* depth = nullptr;
+  float* front = nullptr;      // with `keys`: their depths, at full precision. Then the tile, and
+  bool adds = false;           // ... without keys `depth`, is drawn on top of what they hold
   uint32_t stride = 0;         // pixels from one row to the next
   uint8_t* touched = nullptr;  // of RasterBlocks: set for those that show something finer
                                // than cells, or would if it were there; may be null
   const SkinnedTable* skinned = nullptr;  // then voxels are placed so (thesis_skinned.h)
 };
 
-// Sorts the first `count` entries of the job's order by depth, then place.
-void sort_front_to_back(const TileJob& job, uint32_t count);
+// Sorts the entries [0, first) and [second, count) of the job's order by depth, then place.
+void sort_front_to_back(const TileJob& job, uint32_t first, uint32_t second);
 
 // Draws the tile. Allocates nothing.
 TileCounts draw_tile(const TileJob& job);

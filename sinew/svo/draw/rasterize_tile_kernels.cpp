@@ -180,7 +180,7 @@ HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffe
   draw_voxels<kKeys>(job, cell, map, id, buffers);
 }
 
-// Draws a part of the list that ids suffice for.
+// Draws a part of the list that ids suffice for, but for stand-ins.
 template <bool kKeys>
 HWY_INLINE void draw_list(const TileJob& job, TileBuffers& buffers, TileCounts& counts) {
   const bool occlusion = job.settings->occlusion;
@@ -191,16 +191,17 @@ HWY_INLINE void draw_list(const TileJob& job, TileBuffers& buffers, TileCounts& 
     const uint32_t unit = job.cells[job.list[i]].unit;
     job.units[i + 1] = unit;
     job.marks[i + 1] = 0;
+    if (job.cells[job.list[i]].fine == kStandIn) continue;
     const bool now = !occlusion || was_seen(job.seen_before, unit);
     job.order[now ? first++ : --second] = i;
   }
   std::reverse(job.order + second, job.order + job.count);
-  if (job.settings->front_to_back) sort_front_to_back(job, first);
+  if (job.settings->front_to_back) sort_front_to_back(job, first, second);
   for (uint32_t i = 0; i < first; ++i) draw_cell<kKeys>(job, job.order[i], buffers, counts);
   // Depths are looked at anew every so often: that costs about as much as one cell.
   constexpr uint32_t kRenew = 64;
   uint32_t drawn = kRenew;
-  for (uint32_t i = first; i < job.count; ++i) {
+  for (uint32_t i = second; i < job.count; ++i) {
     if (drawn == kRenew) {
       update(buffers.planes, buffers.far);
       drawn = 0;
@@ -231,6 +232,55 @@ HWY_INLINE void note_touched(const TileJob& job, TileBuffers& buffers) {
   for (uint32_t i = 0; i < job.count; ++i) {
     const RasterCell& cell = job.cells[job.list[i]];
     if (cell.fine != 0 && !is_hidden(job, cell, buffers.far)) set_touched(job.touched[cell.block]);
+  }
+}
+
+// Stand-ins hide each other and what else is still to be drawn, but show nothing.
+HWY_INLINE void lay_stand_ins(const TileJob& job, TilePlanes& planes) {
+  for (uint32_t i = 0; i < job.count; ++i) {
+    const RasterCell& cell = job.cells[job.list[i]];
+    if (cell.fine != kStandIn) continue;
+    put_box<false>(planes, clip_to_tile(job, cell.x0, cell.y0, cell.x1, cell.y1), cell.far_depth,
+                   0);
+  }
+}
+
+// What is drawn is in front already. A key of equal depth, but of a lesser unit, must win still, so
+// that keys' depths are taken to be the least bit farther: see merge().
+template <bool kKeys>
+HWY_INLINE void load_front(const TileJob& job, TilePlanes& planes) {
+  const float* const from = kKeys ? job.front : job.depth;
+  for (uint32_t y = 0; y < job.height; ++y) {
+    for (uint32_t x = 0; x < job.width; ++x) {
+      const float depth = from[size_t{y} * job.stride + x];
+      uint32_t bits;
+      std::memcpy(&bits, &depth, sizeof(bits));
+      if (kKeys && depth < __builtin_inff()) ++bits;
+      std::memcpy(planes.depth + y * kTileSide + x, &bits, sizeof(bits));
+    }
+  }
+}
+
+// Puts what won on top of what is in `keys` and `front`, and marks it as seen. Ids are used up.
+HWY_NOINLINE void merge(const TileJob& job, TilePlanes& planes) {
+  const Du du;
+  for (uint32_t y = 0; y < job.height; ++y) {
+    for (uint32_t x = 0; x < kTileSide; x += lanes()) {
+      uint32_t* const ids = planes.id + y * kTileSide + x;
+      if (hn::AllTrue(du, hn::Eq(hn::Load(du, ids), hn::Zero(du)))) continue;
+      for (uint32_t i = x; i < std::min(x + lanes(), job.width); ++i) {
+        const uint32_t id = ids[i - x];
+        if (id == 0) continue;
+        job.marks[id >> 10] = 1;
+        const size_t at = size_t{y} * job.stride + i;
+        const float depth = planes.depth[y * kTileSide + i];
+        const VisibilityKey key = make_key(depth, job.units[id >> 10], id & 1023);
+        if (depth > job.front[at] || (depth == job.front[at] && key > job.keys[at])) continue;
+        job.front[at] = depth;
+        job.keys[at] = key;
+      }
+      hn::Store(hn::Zero(du), du, ids);
+    }
   }
 }
 
@@ -317,7 +367,9 @@ HWY_INLINE void write_depth(const TileJob& job, const TilePlanes& planes) {
 template <bool kKeys>
 HWY_INLINE TileCounts draw(const TileJob& job) {
   TileBuffers buffers;
+  if (job.adds && job.count == 0) return {};
   clear(job, buffers.planes);
+  if (job.adds) load_front<kKeys>(job, buffers.planes);
   clear(buffers.dense);
   TileCounts counts;
   uint32_t at = 0;
@@ -327,9 +379,13 @@ HWY_INLINE TileCounts draw(const TileJob& job) {
     part.order = job.order + at;
     part.count = std::min(job.count - at, kMostListed);
     draw_list<kKeys>(part, buffers, counts);
-    if (job.touched != nullptr) note_touched(part, buffers);
+    if (job.touched != nullptr && !job.adds) note_touched(part, buffers);
     if (kKeys) {
-      resolve(part, at == 0, buffers.planes);
+      if (job.adds) {
+        merge(part, buffers.planes);
+      } else {
+        resolve(part, at == 0, buffers.planes);
+      }
       if (job.settings->occlusion) keep_marks(part);
     } else if (job.settings->occlusion) {
       note_not_hidden(part, buffers);
@@ -337,6 +393,10 @@ HWY_INLINE TileCounts draw(const TileJob& job) {
     at += part.count;
   } while (at < job.count);
   if (!kKeys) write_depth(job, buffers.planes);
+  if (job.touched != nullptr && job.adds) {
+    lay_stand_ins(job, buffers.planes);
+    note_touched(job, buffers);
+  }
   return counts;
 }
 

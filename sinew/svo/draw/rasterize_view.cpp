@@ -29,7 +29,21 @@ ClipPoint lerp(const ClipPoint& a, const ClipPoint& b, float t) {
   return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.depth + t * (b.depth - a.depth), 0.0f};
 }
 
+vec4 compose(vec4 row, const Affine& placement) {
+  const glm::dvec3 direction(row);
+  const auto along = [&](int axis) {
+    return static_cast<float>(dot(direction, glm::dvec3(placement[axis])));
+  };
+  const double constant = dot(direction, glm::dvec3(placement[3])) + double{row.w};
+  return vec4(along(0), along(1), along(2), static_cast<float>(constant));
+}
+
 }  // namespace
+
+ClipMap map_of(const RasterView& view, const Affine& placement) {
+  return {compose(view.x, placement), compose(view.y, placement), compose(view.depth, placement),
+          view.near, is_perspective(view)};
+}
 
 ScreenBox project_hull(const ClipPoint corners[8], float near, bool perspective,
                        const float reach[3]) {
@@ -77,13 +91,26 @@ void voxel_corners(const ClipPoint* points, const SvoCell& cell, VoxelCode code,
   }
 }
 
-void sort_front_to_back(const TileJob& job, uint32_t count) {
+void sort_front_to_back(const TileJob& job, uint32_t first, uint32_t second) {
   const auto nearer = [&](uint32_t a, uint32_t b) {
     const float da = job.cells[job.list[a]].near_depth, db = job.cells[job.list[b]].near_depth;
     return da != db ? da < db : a < b;
   };
-  std::sort(job.order, job.order + count, nearer);
-  std::sort(job.order + count, job.order + job.count, nearer);
+  std::sort(job.order, job.order + first, nearer);
+  std::sort(job.order + second, job.order + job.count, nearer);
+}
+
+void add(const RasterStats& stats, RasterStats& sum) {
+  sum.blocks += stats.blocks;
+  sum.blocks_drawn += stats.blocks_drawn;
+  sum.cells += stats.cells;
+  sum.cells_hidden += stats.cells_hidden;
+  sum.voxels_drawn += stats.voxels_drawn;
+  sum.leaves_drawn += stats.leaves_drawn;
+  sum.nodes_drawn += stats.nodes_drawn;
+  sum.pose_ms += stats.pose_ms;
+  sum.view_ms += stats.view_ms;
+  sum.draw_ms += stats.draw_ms;
 }
 
 }  // namespace sinew

@@ -23,6 +23,10 @@ struct ClipMap {
   float near = 0.0f;
   bool perspective = true;  // divide x and y by depth; else they are pixels
 };
+inline bool is_perspective(const RasterView& view) {
+  return view.w == view.depth;
+}
+ClipMap map_of(const RasterView& view, const Affine& placement);
 
 // (x, y, depth, 0) of a point: homogeneous, so trilinear maps of it are exact.
 struct alignas(16) ClipPoint {
@@ -41,6 +45,7 @@ struct RasterBlock {
   uint32_t cells = 0;         // of these, in the view
   uint32_t first_unit = 0;    // of the instance
   bool resident = true;       // else its cells are drawn as such
+  bool later = false;         // ... or, of a picture in parts, only hide other blocks
   float voxel = 0.0f;         // pixels: the largest voxel of level 0, as far as it is in the view
   float reach[4] = {};        // no |x|, |y|, |depth| of a corner is greater, nor any term of theirs
 };
@@ -63,8 +68,10 @@ struct RasterCell {
   int16_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // pixels whose centres it may cover, inclusive
   uint8_t level = 0;
   RasterPath path = RasterPath::voxels;
-  uint16_t fine = 0;  // whether something finer than the cell is to be drawn, be it there or not
+  uint16_t fine = 0;  // whether something finer than the cell is to be drawn, be it there or not;
+                      // or kStandIn
 };
+inline constexpr uint16_t kStandIn = 2;  // it is drawn in another part of the picture
 static_assert(sizeof(RasterCell) == 40);
 
 // A box on the screen, in pixels.

@@ -170,12 +170,13 @@ void PagedSvo::publish() {
   }
 }
 
-void PagedSvo::collect() {
+// Whether anything was asked for since.
+bool PagedSvo::collect() {
   bool any = false;
   for (uint32_t b = 0; b < blocks_.size() && !any && b < state_.size(); ++b) {
     any = wanted_[b].load(std::memory_order_relaxed) != 0;
   }
-  if (!any) return;  // nothing was drawn
+  if (!any) return false;  // nothing was drawn
   ++frame_;
   stats_.seen = 0;
   for (uint32_t b = 0; b < state_.size(); ++b) {
@@ -185,6 +186,7 @@ void PagedSvo::collect() {
     seen_[b] = frame_;
     ++stats_.seen;
   }
+  return true;
 }
 
 // Takes back what the reading thread has not begun.
@@ -214,19 +216,29 @@ bool PagedSvo::make_room(uint32_t block, float priority, std::vector<uint32_t>& 
   while (memory_.bytes_in_use() + memory_.missing_bytes(block) > room()) {
     if (victims.empty()) return false;
     const uint32_t victim = victims.back();
-    if (seen_[victim] == frame_ && !(priority_[victim] < kMuchLess * priority)) return false;
+    const bool needed = !in_parts_ && seen_[victim] == frame_;
+    if (needed && !(priority_[victim] < kMuchLess * priority)) return false;
     victims.pop_back();
     evict(victim);
   }
   return true;
 }
 
+// What the last frame asked for, is not there and is still to be drawn.
+std::vector<uint32_t> PagedSvo::wanted() const {
+  std::vector<uint32_t> wanted;
+  for (uint32_t b = 0; b < state_.size() && frame_ > 0; ++b) {
+    if (state_[b] != State::absent || seen_[b] != frame_) continue;
+    if (!in_parts_ || drawn_[b] == 0) wanted.push_back(b);
+  }
+  return wanted;
+}
+
 void PagedSvo::plan() {
   recall();
-  std::vector<uint32_t> wanted, victims;
+  std::vector<uint32_t> wanted = this->wanted(), victims;
   for (uint32_t b = 0; b < state_.size(); ++b) {
-    if (state_[b] == State::absent && frame_ > 0 && seen_[b] == frame_) wanted.push_back(b);
-    if (state_[b] == State::resident) victims.push_back(b);
+    if (state_[b] == State::resident && (!in_parts_ || drawn_[b] != 0)) victims.push_back(b);
   }
   const auto more_urgent = [&](uint32_t a, uint32_t b) {
     return priority_[a] != priority_[b] ? priority_[a] > priority_[b] : a < b;
@@ -268,18 +280,23 @@ void PagedSvo::wait_until_read() {
   idle_.wait(lock, [&] { return queue_.empty() && !reading_; });
 }
 
+// Reads until nothing more fits.
+void PagedSvo::read_all() {
+  uint64_t so_far;
+  do {
+    plan();
+    wait_until_read();
+    so_far = stats_.loaded + stats_.damaged;
+    publish();
+  } while (stats_.loaded + stats_.damaged != so_far);
+  plan();  // counts what is missing
+}
+
 bool PagedSvo::settle() {
   const uint64_t before = epoch_;
   publish();
   collect();
-  while (true) {
-    plan();
-    wait_until_read();
-    const uint64_t so_far = stats_.loaded + stats_.damaged;
-    publish();
-    if (stats_.loaded + stats_.damaged == so_far) break;
-  }
-  plan();  // counts what is missing
+  read_all();
   const bool again = epoch_ != before;
   if (!again && stats_.missing > 0) ++stats_.unsettled;
   return again;
@@ -403,6 +420,7 @@ PagingStats paging_stats(std::span<const Svo> octrees) {
     sum.frames = std::max(sum.frames, one.frames);
     sum.frames_short = std::max(sum.frames_short, one.frames_short);
     sum.unsettled += one.unsettled;
+    sum.parts = std::max(sum.parts, one.parts);
     if (sum.problem.empty()) sum.problem = one.problem;
   }
   return sum;

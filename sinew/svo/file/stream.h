@@ -7,11 +7,15 @@
 //   begin_frame   takes over what has come since, gives back what was seen least recently, and
 //                 tells the thread that reads what to read next. It waits for nothing
 //   settle        waits until all that was asked for is there
+//   a picture     in parts draws what is there, then what it has asked for instead, as much as
+//   fits,
+//                 on top of it, and so on; then it is that of the whole octree under any budget
 //
-// Between two calls of begin_frame() or settle() nothing comes or goes, so that a frame does not
-// depend on how fast pages are read.
+// Between two calls of begin_frame(), settle() or read_part() nothing comes or goes, so that a
+// frame does not depend on how fast pages are read.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
@@ -42,7 +46,16 @@ Result<SvoInFile> find_svo(std::shared_ptr<const RandomFile> file, uint64_t offs
 
 struct PagingOptions {
   uint64_t budget = 0;  // bytes of memory: skeleton, detail and room to unpack
-  bool settle = false;  // pictures are drawn again until everything that they show is there
+  bool settle = false;  // pictures are drawn again, or in parts, until everything that they show
+                        // was there
+};
+
+// What a block looks like in the part of a picture that is drawn.
+enum class BlockShown : uint8_t {
+  cells,   // its detail is not there
+  detail,  // all of it
+  later,   // nothing yet
+  drawn,   // what is drawn already
 };
 
 struct PagingStats {
@@ -63,6 +76,7 @@ struct PagingStats {
   uint64_t frames = 0;        // calls of begin_frame()
   uint64_t frames_short = 0;  // of these, after which something that was asked for was missing
   uint64_t unsettled = 0;     // pictures that settle() left coarser than they should be
+  uint64_t parts = 0;         // of pictures and shadow maps that were drawn in parts
   std::string problem;        // what is wrong with the first damaged block
 };
 
@@ -91,8 +105,24 @@ class PagedSvo {
   void give_up() { ++stats_.unsettled; }
   bool settles() const { return options_.settle; }
 
+  // A picture, or shadow maps that are drawn together, in parts. Each part draws all blocks that
+  // are there and were in no part before, and asks for others; damaged ones are drawn as cells.
+  //   begin_parts() draw while (end_part()) { read_part() draw } end_parts()
+  void begin_parts();
+  // Whether blocks that were asked for are still to be drawn: then there is another part.
+  bool end_part();
+  // Whether these all fit beside what is there.
+  bool part_fits() const;
+  // Waits for as many of them as fit, the most urgent ones, at least one. Those that are drawn make
+  // room.
+  void read_part();
+  void end_parts() { in_parts_ = false; }
+  bool in_parts() const { return in_parts_; }
+  BlockShown shown(uint32_t block) const;
+
   // To be called by the thread that begins frames.
-  void set_budget(uint64_t budget) { options_.budget = budget; }
+  // Not below PagingStats::least.
+  void set_budget(uint64_t budget) { options_.budget = std::max(budget, from_.least); }
   PagingStats stats() const;
 
  private:
@@ -111,8 +141,10 @@ class PagedSvo {
   PagedSvo(SvoInFile from, const PagingOptions& options, Svo& svo);
   uint64_t room() const;
   void publish();
-  void collect();
+  bool collect();
+  std::vector<uint32_t> wanted() const;
   void plan();
+  void read_all();
   void recall();
   bool make_room(uint32_t block, float priority, std::vector<uint32_t>& victims);
   void evict(uint32_t block);
@@ -137,6 +169,8 @@ class PagedSvo {
   std::vector<float> priority_;
   uint64_t frame_ = 0;  // the last one that asked for anything
   uint64_t epoch_ = 0;
+  bool in_parts_ = false;
+  std::vector<uint8_t> drawn_;  // in a part
   PagingStats stats_;
 
   mutable std::mutex mutex_;
@@ -153,6 +187,12 @@ class PagedSvo {
 void begin_paging(std::span<const Svo> octrees);
 bool settle_paging(std::span<const Svo> octrees);
 void give_up_paging(std::span<const Svo> octrees);
+// begin_parts() and so on of those that are to settle.
+bool begin_parts(std::span<const Svo> octrees);  // whether there are any
+bool end_part(std::span<const Svo> octrees);
+bool part_fits(std::span<const Svo> octrees);
+void read_part(std::span<const Svo> octrees);
+void end_parts(std::span<const Svo> octrees);
 // Summed over them.
 PagingStats paging_stats(std::span<const Svo> octrees);
 
