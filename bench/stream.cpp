@@ -104,6 +104,10 @@ class Stage {
       tonemap(radiance_, 0.0f, picture_);
     });
   }
+  // Camera rays find voxels from now on, or the rasteriser does.
+  void trace(bool traced) {
+    settings_.voxels.primary = traced ? VoxelPrimary::trace : VoxelPrimary::automatic;
+  }
   const Image8& picture() const { return picture_; }
   PagingStats paging() const { return paging_stats(scene_->octrees); }
   const Scene& scene() const { return *scene_; }
@@ -158,8 +162,8 @@ double settle(Stage& stage, const CameraView& camera) {
 // Time from opening to the first picture, and to one that is settled; and whether that is the
 // whole octree's, from afar and from near.
 Result<void> measure_settling(const std::string& path, uint64_t budget, const char* name,
-                              const StreamOptions& options, Stage& whole, const Box& box,
-                              json& rows, json& skipped) {
+                              const StreamOptions& options, bool traced, Stage& whole,
+                              const Box& box, json& rows, json& skipped) {
   std::optional<Result<Stage>> opened;
   const double open_ms = milliseconds([&] { opened = Stage::open(path, budget, options); });
   if (!*opened) {
@@ -167,6 +171,8 @@ Result<void> measure_settling(const std::string& path, uint64_t budget, const ch
     return {};
   }
   Stage& stage = **opened;
+  stage.trace(traced);
+  whole.trace(traced);
   for (const double u : {0.0, 0.5}) {
     const CameraView camera = flight_camera(box, u);
     whole.draw(camera, 0.0);
@@ -178,7 +184,10 @@ Result<void> measure_settling(const std::string& path, uint64_t budget, const ch
     rows.push_back({{"table", "stream_settle"},
                     {"budget", name},
                     {"budget_mib", mib(budget)},
-                    {"view", u == 0.0 ? "whole body" : "near"},
+                    {"view", u == 0.0 ? traced ? "traced" : "whole body"
+                             : traced ? "near traced"
+                                      : "near"},
+                    {"traced", traced},
                     {"open_ms", u == 0.0 ? open_ms : 0.0},
                     {"first_ms", first_ms + (u == 0.0 ? open_ms : 0.0)},
                     {"first_psnr", std::min(first.psnr, 99.0)},
@@ -322,12 +331,16 @@ Result<json> bench_stream(const StreamOptions& options) {
   rows.push_back(file);
   // One that is too small for what is seen: a quarter of the details.
   const uint64_t tight = paged.least + paged.detail / 4;
-  for (const uint32_t budget : options.budgets) {
-    SINEW_CHECKED(measure_settling(path, uint64_t{budget} << 20,
-                                   fmt::format("{} MiB", budget).c_str(), options, whole, box, rows,
-                                   skipped));
+  for (const bool traced : {false, true}) {
+    for (const uint32_t budget : options.budgets) {
+      SINEW_CHECKED(measure_settling(path, uint64_t{budget} << 20,
+                                     fmt::format("{} MiB", budget).c_str(), options, traced, whole,
+                                     box, rows, skipped));
+    }
+    SINEW_CHECKED(
+        measure_settling(path, tight, "a quarter", options, traced, whole, box, rows, skipped));
   }
-  SINEW_CHECKED(measure_settling(path, tight, "a quarter", options, whole, box, rows, skipped));
+  whole.trace(false);
   const Flight flight = fly(whole, box, options.frames);
   SINEW_CHECKED(measure_flight(path, uint64_t{options.flight_budget} << 20,
                                fmt::format("{} MiB", options.flight_budget).c_str(), options, box,
