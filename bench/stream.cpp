@@ -106,6 +106,10 @@ class Stage {
       tonemap(radiance_, 0.0f, picture_);
     });
   }
+  // Camera rays find voxels from now on, or the rasteriser does.
+  void trace(bool traced) {
+    settings_.voxels.primary = traced ? VoxelPrimary::trace : VoxelPrimary::automatic;
+  }
   const Image8& picture() const { return picture_; }
   PagingStats paging() const { return paging_stats(scene_->octrees); }
   const Scene& scene() const { return *scene_; }
@@ -159,14 +163,15 @@ double settle(Stage& stage, const CameraView& camera) {
 
 constexpr double kViews[] = {0.0, 0.5};  // of the flight: the whole body, and near
 
-// How long pictures to keep take under the budget, in how many parts they are drawn, and whether
-// they are the whole octree's.
+// How long pictures to keep take under the budget, in how many parts they are drawn (if they are
+// not traced), and whether they are the whole octree's.
 Result<void> measure_keeping(const std::string& path, uint64_t budget, const StreamOptions& options,
-                             Stage& whole, const Box& box, std::span<json> rows) {
+                             bool traced, Stage& whole, const Box& box, std::span<json> rows) {
   std::optional<Result<Stage>> opened;
   const double open_ms = milliseconds([&] { opened = Stage::open(path, budget, options, true); });
   if (!*opened) return fail((*opened).error());
   Stage& stage = **opened;
+  stage.trace(traced);
   PagingStats before = stage.paging();
   for (size_t i = 0; i < rows.size(); ++i) {
     const CameraView camera = flight_camera(box, kViews[i]);
@@ -176,7 +181,8 @@ Result<void> measure_keeping(const std::string& path, uint64_t budget, const Str
     const PagingStats now = stage.paging();
     rows[i]["whole_ms"] = whole_ms;
     rows[i]["kept_ms"] = ms + (i == 0 ? open_ms : 0.0);
-    rows[i]["kept_identical"] = kept.largest == 0.0 && now.unsettled == 0;
+    rows[i]["kept_identical"] = kept.largest == 0.0;
+    rows[i]["kept_fits"] = now.unsettled == before.unsettled;
     rows[i]["kept_psnr"] = std::min(kept.psnr, 99.0);
     rows[i]["kept_parts"] = now.parts - before.parts;
     rows[i]["kept_loaded"] = now.loaded - before.loaded;
@@ -189,8 +195,8 @@ Result<void> measure_keeping(const std::string& path, uint64_t budget, const Str
 // Time from opening to the first picture, and to one that is settled; and whether that is the
 // whole octree's, from afar and from near. Then the same of pictures to keep.
 Result<void> measure_settling(const std::string& path, uint64_t budget, const char* name,
-                              const StreamOptions& options, Stage& whole, const Box& box,
-                              json& rows, json& skipped) {
+                              const StreamOptions& options, bool traced, Stage& whole,
+                              const Box& box, json& rows, json& skipped) {
   std::optional<Result<Stage>> opened;
   const double open_ms = milliseconds([&] { opened = Stage::open(path, budget, options); });
   if (!*opened) {
@@ -198,6 +204,8 @@ Result<void> measure_settling(const std::string& path, uint64_t budget, const ch
     return {};
   }
   Stage& stage = **opened;
+  stage.trace(traced);
+  whole.trace(traced);
   std::vector<json> views;
   for (const double u : kViews) {
     const CameraView camera = flight_camera(box, u);
@@ -210,7 +218,10 @@ Result<void> measure_settling(const std::string& path, uint64_t budget, const ch
     views.push_back({{"table", "stream_settle"},
                      {"budget", name},
                      {"budget_mib", mib(budget)},
-                     {"view", u == 0.0 ? "whole body" : "near"},
+                     {"view", u == 0.0 ? traced ? "traced" : "whole body"
+                              : traced ? "traced near"
+                                       : "near"},
+                     {"traced", traced},
                      {"open_ms", u == 0.0 ? open_ms : 0.0},
                      {"first_ms", first_ms + (u == 0.0 ? open_ms : 0.0)},
                      {"first_psnr", std::min(first.psnr, 99.0)},
@@ -222,7 +233,7 @@ Result<void> measure_settling(const std::string& path, uint64_t budget, const ch
                      {"read_mib", mib(stats.bytes_read)},
                      {"most_mib", mib(stats.most)}});
   }
-  SINEW_CHECKED(measure_keeping(path, budget, options, whole, box, views));
+  SINEW_CHECKED(measure_keeping(path, budget, options, traced, whole, box, views));
   for (json& row : views) rows.push_back(std::move(row));
   return {};
 }
@@ -291,11 +302,13 @@ Result<void> measure_flight(const std::string& path, uint64_t budget, const char
 }
 
 void add_figures(const json& rows, const json& file, const StreamOptions& options, json& figures) {
-  size_t kept = 0, identical = 0;
+  size_t kept = 0, identical = 0, coarse = 0;
   for (const json& row : rows) {
     if (row["table"] == "stream_settle") {
-      ++kept;
-      identical += row["kept_identical"] == true ? 1 : 0;
+      const bool no_parts = row["traced"] == true && row["kept_fits"] == false;
+      coarse += no_parts ? 1 : 0;
+      kept += no_parts ? 0 : 1;
+      identical += !no_parts && row["kept_identical"] == true ? 1 : 0;
     }
     if (row["table"] == "stream_flight" && row["budget_mib"] == double(options.flight_budget)) {
       const std::string where =
@@ -308,8 +321,9 @@ void add_figures(const json& rows, const json& file, const StreamOptions& option
   if (kept > 0) {
     figures.push_back(
         figure("settled", identical == kept ? 1.0 : 0.0,
-               fmt::format("{} of {} pictures to keep, at all budgets, are the whole octree's",
-                           identical, kept)));
+               fmt::format("{} of {} pictures to keep are the whole octree's; {} more, traced, do "
+                           "not fit at once and show cells",
+                           identical, kept, coarse)));
   }
   const uint32_t longest = file["resolution"];
   figures.push_back(figure(longest == kHighestResolution ? "bytes_4096" : "bytes_smaller",
@@ -358,12 +372,16 @@ Result<json> bench_stream(const StreamOptions& options) {
   rows.push_back(file);
   // One that is too small for what is seen: a quarter of the details.
   const uint64_t tight = paged.least + paged.detail / 4;
-  for (const uint32_t budget : options.budgets) {
-    SINEW_CHECKED(measure_settling(path, uint64_t{budget} << 20,
-                                   fmt::format("{} MiB", budget).c_str(), options, whole, box, rows,
-                                   skipped));
+  for (const bool traced : {false, true}) {
+    for (const uint32_t budget : options.budgets) {
+      SINEW_CHECKED(measure_settling(path, uint64_t{budget} << 20,
+                                     fmt::format("{} MiB", budget).c_str(), options, traced, whole,
+                                     box, rows, skipped));
+    }
+    SINEW_CHECKED(
+        measure_settling(path, tight, "a quarter", options, traced, whole, box, rows, skipped));
   }
-  SINEW_CHECKED(measure_settling(path, tight, "a quarter", options, whole, box, rows, skipped));
+  whole.trace(false);
   const Flight flight = fly(whole, box, options.frames);
   SINEW_CHECKED(measure_flight(path, uint64_t{options.flight_budget} << 20,
                                fmt::format("{} MiB", options.flight_budget).c_str(), options, box,

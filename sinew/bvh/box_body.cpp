@@ -15,6 +15,12 @@ void wait_until(const Done& done) {
 
 }  // namespace
 
+void raise_wish(std::atomic<uint32_t>& wish, uint32_t bits) {
+  uint32_t before = wish.load(std::memory_order_relaxed);
+  while (before < bits && !wish.compare_exchange_weak(before, bits, std::memory_order_relaxed)) {
+  }
+}
+
 bool make_box_part(const BoxBody& body, uint32_t part) {
   const std::atomic_ref state(body.part_state[part]);
   const uint32_t being_made = 2 * body.epoch, made = being_made + 1;

@@ -10,12 +10,13 @@
 //
 // What a ray has not met yet is not made. Treelets [0, parts) are *parts*, made as a whole. Those
 // after them are *details*, of which every level of detail is made by itself, and the finest that
-// the ray's footprint tells apart is traced. Whoever finds a treelet being made waits for it: that
-// takes microseconds. Every treelet has its own place among the nodes, so the bits do not depend on
-// who makes it.
+// the ray's footprint tells apart is traced, of those that are there. Whoever finds a treelet being
+// made waits for it: that takes microseconds. Every treelet has its own place among the nodes, so
+// the bits do not depend on who makes it.
 #pragma once
 
 #include <atomic>
+#include <bit>
 #include <cstdint>
 
 #include "sinew/bvh/wide.h"
@@ -33,6 +34,7 @@ struct alignas(64) BoxDetail {
   uint32_t root[kBoxLevels - 1];  // child words of levels that are made
   uint32_t whole;                 // primitive of the last level
   uint32_t finest;                // level that may be used
+  uint32_t wish;                  // place in BoxBody::wishes
 };
 static_assert(sizeof(BoxDetail) == 64);
 
@@ -49,7 +51,26 @@ struct BoxBody {
   // Returns the child word.
   uint32_t (*make_detail)(void* context, uint32_t detail, uint32_t level) = nullptr;
   void* context = nullptr;
+  // Where levels come and go: how large a box of level 0 is at most, in widths of the rays that
+  // came to a detail and would have more than its box, whether that is there or not. Bits of a
+  // float; 0: none came. Null: nobody wants to know.
+  std::atomic<uint32_t>* wishes = nullptr;
 };
+
+// For a ray of this width at the detail. One without a width wants all there is, as if a box were
+// kNarrow widths large; one that is content with the detail's box has no wish.
+inline constexpr float kNarrow = 16.0f;
+void raise_wish(std::atomic<uint32_t>& wish, uint32_t bits);
+inline void wish_for(const BoxBody& body, const BoxDetail& detail, float width) {
+  constexpr float kLeast = 0x1p-20f, kMost = 0x1p20f;
+  constexpr uint32_t kCoarsest = 1u << (kBoxLevels - 2);
+  if (kCoarsest * detail.size < width) return;
+  const float boxes = width > 0.0f ? detail.size / width : kNarrow;
+  const auto bits =
+      std::bit_cast<uint32_t>(boxes > kLeast ? (boxes < kMost ? boxes : kMost) : kLeast);
+  std::atomic<uint32_t>& wish = body.wishes[detail.wish];
+  if (wish.load(std::memory_order_relaxed) < bits) raise_wish(wish, bits);
+}
 
 // Make what is not made, or wait for who does. True if they made it.
 bool make_box_part(const BoxBody& body, uint32_t part);

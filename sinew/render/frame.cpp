@@ -10,6 +10,7 @@
 #include "sinew/render/draw.h"
 #include "sinew/render/ray_filter.h"
 #include "sinew/render/sampling.h"
+#include "sinew/render/settling.h"
 
 namespace sinew {
 namespace {
@@ -102,8 +103,8 @@ void draw_voxels_alone(const FrameContext& frame, const CameraView& camera,
   }
 }
 
-void draw_everything(const FrameContext& frame, const CameraView& camera, const DrawnPixels& pixels,
-                     RenderScratch& scratch, Tally& tally, Image& image) {
+void draw_once(const FrameContext& frame, const CameraView& camera, const DrawnPixels& pixels,
+               RenderScratch& scratch, Tally& tally, Image& image) {
   const uint32_t samples = frame.settings.samples, tiles = pixels.grid.count();
   const bool drawn = frame.voxels && frame.voxels->rasters();
   if (drawn) draw_with_voxels(frame, camera, pixels, scratch, tally, image);
@@ -115,6 +116,20 @@ void draw_everything(const FrameContext& frame, const CameraView& camera, const 
   }
   const float share = 1.0f / static_cast<float>(samples);
   for (vec4& pixel : image.pixels) pixel *= share;
+}
+
+// Counts the rays of every time that the picture is drawn.
+void draw_everything(const FrameContext& frame, const CameraView& camera, const DrawnPixels& pixels,
+                     RenderScratch& scratch, Tally& tally, Image& image) {
+  Settling settling(frame.world, frame.scene.octrees);
+  bool again = false;
+  do {
+    if (again) std::ranges::fill(image.pixels, vec4(0.0f));
+    draw_once(frame, camera, pixels, scratch, tally, image);
+    tally.clock.end_shading();
+    again = settling.again();
+    tally.clock.end_drawing();
+  } while (again);
 }
 
 // Primary rays from coarse to fine while there is time, at least those of the coarsest lattice;

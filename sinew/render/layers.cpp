@@ -8,6 +8,7 @@
 #include "sinew/base/parallel.h"
 #include "sinew/render/gbuffer.h"
 #include "sinew/render/ray_filter.h"
+#include "sinew/render/settling.h"
 
 namespace sinew {
 namespace {
@@ -143,15 +144,18 @@ void trace_layers(const World& world, const Scene& scene, const ScenePose& pose,
   }
   scratch.voxels.begin(world, settings);
   scratch.voxels.choose(camera, width, height, 1, !scene.objects.empty());
-  if (scratch.voxels.rasters()) scratch.voxels.draw(camera, width, height, 1, vec2(0.5f));
 
   const Pass pass{world,     scene,   camera, CameraRays(camera, width, height),
                   choice,    scratch, out,    needs_filter(scene),
                   voxels.lod};
-  parallel_for(pixels, kRaysPerChunk, [&](size_t begin, size_t end) {
-    trace(pass, begin, end);
-    store_hits(pass, begin, end);
-  });
+  Settling settling(world, scene.octrees);
+  do {
+    if (pass.drawn()) scratch.voxels.draw(camera, width, height, 1, vec2(0.5f));
+    parallel_for(pixels, kRaysPerChunk, [&](size_t begin, size_t end) {
+      trace(pass, begin, end);
+      store_hits(pass, begin, end);
+    });
+  } while (settling.again());
   if (!choice.normal) return;
   scratch.attributes.refresh();
   parallel_for(pixels, kRaysPerChunk,

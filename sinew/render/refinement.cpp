@@ -9,11 +9,14 @@
 
 #include "sinew/render/draw.h"
 #include "sinew/render/sampling.h"
+#include "sinew/svo/file/stream.h"
 
 namespace sinew {
 namespace {
 
 constexpr uint32_t kBatchTiles = 32;  // 8,192 pixels between two looks at the clock
+// Details that do not fit at once may come and go for ever.
+constexpr uint32_t kMostRestarts = 64;
 
 template <class T>
 bool same_bits(const T& a, const T& b) {
@@ -90,7 +93,21 @@ FrameStats Refinement::begin(const World& world, const Scene& scene, const Scene
   }
   passes_ = complete ? 1 : 0;
   tile_ = 0;
+  paging_epoch_ = paging_epoch(scene.octrees);
+  restarts_ = 0;
   return stats;
+}
+
+// Passes that show cells where there are voxels now are worth nothing. They are shown until there
+// are others.
+void Refinement::forget_coarser(const Scene& scene) {
+  const uint64_t epoch = paging_epoch(scene.octrees);
+  if (epoch == paging_epoch_ || restarts_ == kMostRestarts) return;
+  show(first_);
+  std::ranges::fill(sum_.pixels, vec4(0.0f));
+  passes_ = tile_ = 0;
+  paging_epoch_ = epoch;
+  ++restarts_;
 }
 
 // The mean of what each pixel has had; tiles before tile_ are a pass ahead.
@@ -126,6 +143,7 @@ FrameStats Refinement::draw(const World& world, const Scene& scene, const SceneP
   Tally tally;
   const FrameContext frame =
       begin_frame(world, scene, pose, camera, in_pass, sum_.pixels.size(), scratch);
+  forget_coarser(scene);
   const DrawnPixels pixels{CameraRays(camera, settings.width, settings.height),
                            {settings.width, settings.height},
                            1.0f,

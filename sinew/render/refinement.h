@@ -13,7 +13,8 @@ namespace sinew {
 class Refinement {
  public:
   // As render_frame(). Starts anew if the pose, the camera or the settings (but for the time
-  // budget) differ from the last call's in any bit, or scene or world are other objects.
+  // budget) differ from the last call's in any bit, or scene or world are other objects. Begins to
+  // sum anew where details of octrees larger than memory have come (svo/file/stream.h).
   FrameStats draw(const World& world, const Scene& scene, const ScenePose& pose,
                   const CameraView& camera, const RenderSettings& settings, RenderScratch& scratch,
                   Image& out);
@@ -46,12 +47,15 @@ class Refinement {
   FrameStats begin(const World& world, const Scene& scene, const ScenePose& pose,
                    const RenderSettings& settings, RenderScratch& scratch, Image& out);
   void show(Image& out) const;
+  void forget_coarser(const Scene& scene);
 
   View view_;
   Image first_;  // shown where no pass has been yet
   Image sum_;    // of all samples since
   uint32_t passes_ = 0;
-  uint32_t tile_ = 0;  // where the pass that has begun goes on
+  uint32_t tile_ = 0;          // where the pass that has begun goes on
+  uint64_t paging_epoch_ = 0;  // what the sum was drawn with
+  uint32_t restarts_ = 0;      // of the sum of this view
 };
 
 }  // namespace sinew

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "sinew/base/check.h"
+#include "sinew/svo/file/stream.h"
 #include "sinew/svo/leaves_kernels.h"
 
 namespace sinew {
@@ -46,6 +47,7 @@ void SvoLeaves::set_pose(const SvoLeafLayout& layout, PosedSvo& posed,
   layout_ = &layout;
   posed_ = &posed;
   resident_ = resident;
+  body_.wishes = svo.paging ? svo.paging->wishes() : nullptr;
   if (kept) return;
   if (++body_.epoch > 0x7fffffffu) {
     std::ranges::fill(part_state_, 0);
@@ -102,6 +104,7 @@ void SvoLeaves::make_block(uint32_t block) {
     out.made = 0;
     out.whole = voxel_primitive(c, kFirstCode[kCellLevel]);
     out.finest = is_resident ? 0 : kCellLevel;
+    out.wish = block;
   }
   const SvoLeafLayout::Part& part = layout_->parts[1 + block];
   const uint32_t first_cell = body_.parts;

@@ -70,8 +70,9 @@ class SvoLeaves {
 
   // Starts a pose: that of `posed`, whose set_pose was called before. Both must outlive the pose.
   // `resident`: one a block; where it is 0, voxels and bricks are not there to be read, and rays
-  // meet cells. Empty: everything is there. Allocates nothing after the first call with a layout,
-  // and touches no memory that grows with the octree.
+  // meet cells. Rays that would have more ask for the block (PagedSvo::request), and those that
+  // have it say that they saw it. Empty: everything is there. Allocates nothing after the first
+  // call with a layout, and touches no memory that grows with the octree.
   void set_pose(const SvoLeafLayout& layout, PosedSvo& posed,
                 std::span<const uint8_t> resident = {});
 

@@ -195,7 +195,9 @@ class World {
   // queries. None if the object is not one of these. Valid until the next commit or flip.
   std::optional<VoxelInstance> voxel_instance(ObjectId object) const;
   // Octrees larger than memory (svo/file/stream.h): to be called when details have come or gone
-  // since the last commit or flip, which do it too. Must not overlap queries.
+  // since the last commit or flip, which do it too. Must not overlap queries. Rays ask for what
+  // they would have met finer; it comes when somebody calls begin_paging() or settle_paging(), as
+  // pictures do, and then this. What a hit names may be gone then.
   void refresh_octrees() const;
   // What a ray has met, looked up. The hit must be a voxel's, of this frame.
   VoxelSample sample_voxel(const Hit& hit) const;

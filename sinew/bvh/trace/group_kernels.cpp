@@ -215,6 +215,24 @@ class GroupTraversal {
             });
   }
 
+  // Of ray i of the group at the detail.
+  HWY_INLINE float width_of(const Instance& instance, const BoxDetail& detail,
+                            const RayGroup& group, uint32_t i) const {
+    const float along[3] = {group.direction[0][i], group.direction[1][i], group.direction[2][i]};
+    const LocalFootprint local(options_.footprint, instance, along, rays_[group.ray[i]].direction);
+    return width_at(detail, local, group.origin[0][i], group.origin[1][i], group.origin[2][i]);
+  }
+
+  HWY_NOINLINE void wish_for_narrowest(const Instance& instance, const BoxDetail& detail,
+                                       const RayGroup& group, uint64_t mask) const {
+    float least = std::numeric_limits<float>::infinity();
+    for (; mask != 0 && least > 0.0f; mask &= mask - 1) {
+      const auto i = static_cast<uint32_t>(__builtin_ctzll(mask));
+      least = std::min(least, width_of(instance, detail, group, i));
+    }
+    wish_for(*instance.boxes, detail, least);
+  }
+
   HWY_INLINE void visit_box_treelet(const Instance& instance, uint32_t treelet, RayGroup& group,
                                     uint64_t mask, size_t& top) {
     const BoxBody& body = *instance.boxes;
@@ -226,16 +244,13 @@ class GroupTraversal {
     const BoxDetail& detail = body.details[index];
     const RayFootprint& footprint = options_.footprint;
     uint64_t levels[kBoxLevels] = {};
+    if (body.wishes != nullptr) wish_for_narrowest(instance, detail, group, mask);
     if (footprint.width == 0.0f && footprint.spread == 0.0f) {
       levels[detail.finest] = mask;
     } else {
       for (uint64_t rest = mask; rest != 0; rest &= rest - 1) {
         const auto i = static_cast<uint32_t>(__builtin_ctzll(rest));
-        const float along[3] = {group.direction[0][i], group.direction[1][i],
-                                group.direction[2][i]};
-        const LocalFootprint local(footprint, instance, along, rays_[group.ray[i]].direction);
-        const uint32_t level =
-            level_for(detail, local, group.origin[0][i], group.origin[1][i], group.origin[2][i]);
+        const uint32_t level = level_for(detail, width_of(instance, detail, group, i));
         levels[level] |= uint64_t{1} << i;
       }
     }

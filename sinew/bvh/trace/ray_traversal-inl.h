@@ -162,19 +162,24 @@ struct LocalFootprint {
   }
 };
 
-// The finest level of a detail whose boxes are at least as wide as the ray where it begins. Depends
-// on nothing that the ray met before.
-HWY_INLINE uint32_t level_for(const BoxDetail& detail, const LocalFootprint& ray, float x, float y,
-                              float z) {
+// How wide a ray from (x, y, z) is where it may reach a detail first. Depends on nothing that the
+// ray met before.
+HWY_INLINE float width_at(const BoxDetail& detail, const LocalFootprint& ray, float x, float y,
+                          float z) {
   const auto beyond = [&](int axis, float at) {
     const float before = detail.low[axis] - at, after = at - detail.high[axis];
     const float least = before > after ? before : after;
     return least > 0.0f ? least : 0.0f;
   };
   const float dx = beyond(0, x), dy = beyond(1, y), dz = beyond(2, z);
-  const float seen = ray.width + ray.spread * std::sqrt(dx * dx + dy * dy + dz * dz);
+  return ray.width + ray.spread * std::sqrt(dx * dx + dy * dy + dz * dz);
+}
+
+// The finest level of a detail whose boxes are at least as wide as the ray, of those that are
+// there.
+HWY_INLINE uint32_t level_for(const BoxDetail& detail, float width) {
   uint32_t level = 0;
-  for (float size = detail.size; level + 1 < kBoxLevels && size < seen; size += size) ++level;
+  for (float size = detail.size; level + 1 < kBoxLevels && size < width; size += size) ++level;
   return level > detail.finest ? level : detail.finest;
 }
 
@@ -339,8 +344,10 @@ class Traversal {
       word = visit_box_part(body, treelet, made);
     } else {
       const BoxDetail& detail = body.details[treelet - body.parts];
-      const uint32_t level =
-          level_for(detail, footprint, setup.origin[0], setup.origin[1], setup.origin[2]);
+      const float width =
+          width_at(detail, footprint, setup.origin[0], setup.origin[1], setup.origin[2]);
+      if (body.wishes != nullptr) wish_for(body, detail, width);
+      const uint32_t level = level_for(detail, width);
       if (level + 1 == kBoxLevels) return visit_box_packet(instance, whole_packet(detail), setup);
       word = visit_box_detail(body, treelet - body.parts, level, made);
     }

@@ -103,8 +103,7 @@ bool is_traced(const VoxelInstance& object, const RasterView& view, const VoxelS
                bool rays) {
   if (settings.skinning != VoxelSkinning::lattice) return false;
   if (settings.primary != VoxelPrimary::automatic) return settings.primary == VoxelPrimary::trace;
-  // Only the rasteriser asks for what is not in memory.
-  if (!rays || object.posed->svo().paging) return false;
+  if (!rays) return false;
   const PrimaryCosts costs = estimate_primary(object, view, settings);
   return costs.trace_us < costs.raster_us;
 }

@@ -397,6 +397,14 @@ void give_up_paging(std::span<const Svo> octrees) {
   }
 }
 
+uint64_t paging_epoch(std::span<const Svo> octrees) {
+  uint64_t sum = 0;
+  for (const Svo& svo : octrees) {
+    if (svo.paging) sum += svo.paging->epoch();
+  }
+  return sum;
+}
+
 PagingStats paging_stats(std::span<const Svo> octrees) {
   PagingStats sum;
   for (const Svo& svo : octrees) {

@@ -3,7 +3,7 @@
 // is asked for and goes when memory is short.
 //
 //   a frame       draws blocks that are not there by their cells, and asks for those in whose
-//                 pixels it would draw something finer: request(), from any thread
+//                 pixels or rays it would show something finer: request(), from any thread
 //   begin_frame   takes over what has come since, gives back what was seen least recently, and
 //                 tells the thread that reads what to read next. It waits for nothing
 //   settle        waits until all that was asked for is there
@@ -97,6 +97,8 @@ class PagedSvo {
   // Asks for a block, or says that one which is there was seen. The largest priority (> 0; pixels
   // that a voxel is large) of a frame counts. Any number of threads may ask at once.
   void request(uint32_t block, float priority);
+  // Of each block the bits of what request() took since, for rays (bvh/box_body.h).
+  std::atomic<uint32_t>* wishes() { return wanted_.get(); }
 
   void begin_frame();
   // Returns whether anything came or went: then the picture is to be drawn again.
@@ -193,6 +195,8 @@ bool end_part(std::span<const Svo> octrees);
 bool part_fits(std::span<const Svo> octrees);
 void read_part(std::span<const Svo> octrees);
 void end_parts(std::span<const Svo> octrees);
+// Rises when anything of them comes or goes.
+uint64_t paging_epoch(std::span<const Svo> octrees);
 // Summed over them.
 PagingStats paging_stats(std::span<const Svo> octrees);
 
