@@ -43,8 +43,8 @@ inline vec3 unit_normal(uint16_t packed) {
   return d * (1.0f / std::sqrt(dot(d, d)));
 }
 
-// Length of the mean of `count` unit normals whose sum has this length. What is 1 but for rounding is
-// 1: sharp materials shine otherwise where normals spread at all.
+// Length of the mean of `count` unit normals whose sum has this length. What is 1 but for rounding
+// is 1: sharp materials shine otherwise where normals spread at all.
 inline float mean_length(float sum, float count) {
   const float mean = sum / count;
   return mean > 1.0f - 1e-6f ? 1.0f : mean;

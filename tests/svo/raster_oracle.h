@@ -141,6 +141,14 @@ inline bool in_hull(const std::vector<ScreenPoint>& points, double x, double y) 
   return gap < M_PI;
 }
 
+// Whether (x, y) is within about `reach` pixels of the hull.
+inline bool near_hull(const std::vector<ScreenPoint>& points, double x, double y, double reach) {
+  for (int i = 0; i < 9; ++i) {
+    if (in_hull(points, x + (i % 3 - 1) * reach, y + (i / 3 - 1) * reach)) return true;
+  }
+  return false;
+}
+
 // Points of a voxel beyond the near plane, `steps` + 1 along each axis.
 inline std::vector<ScreenPoint> points_of(const RasterView& view, const VoxelInstance& body,
                                           const ReadVoxel& voxel, int steps) {

@@ -213,17 +213,7 @@ TEST(Rasterize, NothingIsLostAtTheNearPlane) {
   EXPECT_GT(drawn, 1000);
 }
 
-// Whether (x, y) is within about `reach` pixels of the hull.
-bool near_hull(const std::vector<test::ScreenPoint>& points, double x, double y, double reach) {
-  for (int i = 0; i < 9; ++i) {
-    if (test::in_hull(points, x + (i % 3 - 1) * reach, y + (i / 3 - 1) * reach)) return true;
-  }
-  return false;
-}
-
-// Every pixel that a voxel has won is where the voxel is, and every pixel where a voxel is has been
-// won: also by voxels that the eye is next to, or in, with a near plane a thousandth of the body
-// away.
+// Pixels are won where voxels are, all of these and no others: also by voxels next to the eye.
 TEST(Rasterize, NothingIsAddedAtTheEye) {
   int drawn = 0, crossing = 0;
   for (uint32_t seed = 1; seed <= 24; ++seed) {
@@ -249,7 +239,7 @@ TEST(Rasterize, NothingIsAddedAtTheEye) {
       const auto hull =
           test::hull_of(view, instance, body.svo.cells[cell],
                         body.posed.block(block_of(body.svo, cell)), key_code(keys[i]));
-      added += near_hull(hull, i % view.width + 0.5, i / view.width + 0.5, 1.5) ? 0 : 1;
+      added += test::near_hull(hull, i % view.width + 0.5, i / view.width + 0.5, 1.5) ? 0 : 1;
     }
     for (const ReadVoxel& voxel : test::read_voxels(body.svo)) {
       const auto hull = test::hull_of(view, instance, body.svo.cells[voxel.cell],
