@@ -10,17 +10,27 @@ namespace sinew {
 
 // The level 1 bits of a brick with these voxels: bit x + 4 y + 16 z, 0 or 1 each.
 inline uint64_t coarse_of_brick(uint64_t voxels) {
-  // Each 2^3 voxels are gathered in the first of them: bits 0, 2, 8, 10, and those 32 above.
+  // Each 2^3 voxels are gathered in the first of them; then these move together along x, y and z.
   voxels |= voxels >> 1;
   voxels |= voxels >> 4;
   voxels |= voxels >> 16;
-  const uint64_t low = (voxels & 1) | (voxels >> 1 & 2) | (voxels >> 4 & 16) | (voxels >> 5 & 32);
-  const uint64_t rows = voxels >> 32;
-  const uint64_t high = (rows & 1) | (rows >> 1 & 2) | (rows >> 4 & 16) | (rows >> 5 & 32);
-  return low | high << 16;
+  voxels &= 0x0000050500000505u;
+  voxels = (voxels | voxels >> 1) & 0x0000030300000303u;
+  voxels = (voxels | voxels >> 4) & 0x0000003300000033u;
+  return (voxels | voxels >> 16) & 0x0000000000330033u;
 }
 inline uint32_t coarse_shift(uint32_t brick) {
   return 2 * (brick & 1) + 8 * (brick >> 1 & 1) + 32 * (brick >> 2);
+}
+
+// The brick that holds a bit of level 1, and the first of that bit's voxels in it, of which there
+// may be more at kEight << first.
+inline constexpr uint64_t kEight = 0x0000000000330033u;
+inline uint32_t brick_above(uint32_t bit) {
+  return (bit >> 1 & 1) + (bit >> 2 & 2) + (bit >> 3 & 4);
+}
+inline uint32_t first_below(uint32_t bit) {
+  return 2 * (bit & 1) + 8 * (bit >> 2 & 1) + 32 * (bit >> 4 & 1);
 }
 
 // unpack_normal(), inlined.
@@ -31,6 +41,13 @@ inline vec3 unit_normal(uint16_t packed) {
   const float fold = std::max(-z, 0.0f);
   const vec3 d(x - std::copysign(fold, x), y - std::copysign(fold, y), z);
   return d * (1.0f / std::sqrt(dot(d, d)));
+}
+
+// Length of the mean of `count` unit normals whose sum has this length. What is 1 but for rounding
+// is 1: sharp materials shine otherwise where normals spread at all.
+inline float mean_length(float sum, float count) {
+  const float mean = sum / count;
+  return mean > 1.0f - 1e-6f ? 1.0f : mean;
 }
 
 // Square roots of a packed colour's linear values.

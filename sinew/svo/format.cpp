@@ -27,16 +27,6 @@ uint32_t quantize(float unit, uint32_t steps) {
   return static_cast<uint32_t>(std::clamp(unit, 0.0f, 1.0f) * static_cast<float>(steps) + 0.5f);
 }
 
-constexpr uint64_t kEight = 0x0000000000330033;  // the first 2^3 voxels of a brick
-
-// The brick that holds a bit of coarse_voxels(), and the first of that bit's voxels in it.
-uint32_t brick_above(uint32_t bit) {
-  return (bit >> 1 & 1) + (bit >> 2 & 2) + (bit >> 3 & 4);
-}
-uint32_t first_below(uint32_t bit) {
-  return 2 * (bit & 1) + 8 * (bit >> 2 & 1) + 32 * (bit >> 4 & 1);
-}
-
 // Means over the voxels of a voxel of level 1.
 VoxelAttributes coarse_attributes(const Svo& svo, const SvoBlock& block, const SvoCell& cell,
                                   uint32_t bit) {
@@ -54,7 +44,7 @@ VoxelAttributes coarse_attributes(const Svo& svo, const SvoBlock& block, const S
   }
   const float size = length(sum.normal);
   const vec3 normal = size > 0.0f ? sum.normal / size : vec3(0.0f, 0.0f, 1.0f);
-  return {normal, sum.color / count, std::min(size / count, 1.0f)};
+  return {normal, sum.color / count, mean_length(size, count)};
 }
 
 }  // namespace

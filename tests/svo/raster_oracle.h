@@ -141,6 +141,14 @@ inline bool in_hull(const std::vector<ScreenPoint>& points, double x, double y) 
   return gap < M_PI;
 }
 
+// Whether (x, y) is within about `reach` pixels of the hull.
+inline bool near_hull(const std::vector<ScreenPoint>& points, double x, double y, double reach) {
+  for (int i = 0; i < 9; ++i) {
+    if (in_hull(points, x + (i % 3 - 1) * reach, y + (i / 3 - 1) * reach)) return true;
+  }
+  return false;
+}
+
 // Points of a voxel beyond the near plane, `steps` + 1 along each axis.
 inline std::vector<ScreenPoint> points_of(const RasterView& view, const VoxelInstance& body,
                                           const ReadVoxel& voxel, int steps) {
@@ -154,6 +162,37 @@ inline std::vector<ScreenPoint> points_of(const RasterView& view, const VoxelIns
         const ScreenPoint p = to_screen(view, body.placement, lattice_point(cell, block, at));
         if (p.depth > view.near) out.push_back(p);
       }
+    }
+  }
+  return out;
+}
+
+// The corners of the voxel's hull as it is drawn, and where lines between them meet the near plane.
+inline std::vector<ScreenPoint> hull_of(const RasterView& view, const VoxelInstance& body,
+                                        const SvoCell& cell, const PosedBlock& block,
+                                        VoxelCode code) {
+  const VoxelPlace place = place_of(code);
+  const dvec3 min(place.min);
+  dvec3 rows[8];  // x, y, depth: linear in space
+  for (int i = 0; i < 8; ++i) {
+    const dvec3 local = min + double(place.side) * dvec3(i & 1, i >> 1 & 1, i >> 2);
+    const dvec3 p = lattice_point(cell, block, local);
+    const dvec3 w = dvec3(body.placement[0]) * p.x + dvec3(body.placement[1]) * p.y +
+                    dvec3(body.placement[2]) * p.z + dvec3(body.placement[3]);
+    const auto at = [&](const vec4& f) { return dot(dvec3(f), w) + double{f.w}; };
+    rows[i] = dvec3(at(view.x), at(view.y), at(view.depth));
+  }
+  const bool perspective = view.w == view.depth;
+  std::vector<ScreenPoint> out;
+  const auto add = [&](const dvec3& r) {
+    const double scale = perspective ? 1.0 / r.z : 1.0;
+    out.push_back({r.x * scale, r.y * scale, r.z});
+  };
+  for (const dvec3& a : rows) {
+    if (!(a.z > view.near)) continue;
+    add(a);
+    for (const dvec3& b : rows) {
+      if (!(b.z > view.near)) add(a + (view.near - a.z) / (b.z - a.z) * (b - a));
     }
   }
   return out;

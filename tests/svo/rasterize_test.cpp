@@ -11,6 +11,7 @@
 
 #include "allocations.h"
 #include "sinew/base/parallel.h"
+#include "sinew/svo/voxel_at.h"
 #include "svo/raster_oracle.h"
 
 namespace sinew {
@@ -210,6 +211,51 @@ TEST(Rasterize, NothingIsLostAtTheNearPlane) {
     drawn += inside;
   }
   EXPECT_GT(drawn, 1000);
+}
+
+// Pixels are won where voxels are, all of these and no others: also by voxels next to the eye.
+TEST(Rasterize, NothingIsAddedAtTheEye) {
+  int drawn = 0, crossing = 0;
+  for (uint32_t seed = 1; seed <= 24; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Random random(seed);
+    const size_t count = seed % 3 == 0 ? 3000 : 300;
+    RasterBody body(unit_grid(40), test::random_voxels(40, count, 1, seed), 0.2f, seed);
+    const VoxelInstance instance{&body.posed, identity_affine(), 0};
+    const vec3 eye = random.uniform3(-0.5f, 0.5f);
+    const RasterView view = look_at(eye, eye + random.direction(), 100.0f, 150, 100, 1e-3f);
+    RasterSettings settings;
+    settings.lod = false;
+    settings.large = 0.0f;
+    const auto keys = draw(std::span(&instance, 1), view, settings);
+    const auto depth = draw_depth(std::span(&instance, 1), view, settings);
+    for (uint32_t b = 0; b < body.svo.block_count(); ++b) body.posed.make_block(b);
+    int added = 0, lost = 0;
+    for (uint32_t i = 0; i < keys.size(); ++i) {
+      EXPECT_EQ(keys[i] == kNothing, std::isinf(depth[i]));
+      if (keys[i] == kNothing) continue;
+      ++drawn;
+      const uint32_t cell = key_unit(keys[i]);
+      const auto hull =
+          test::hull_of(view, instance, body.svo.cells[cell],
+                        body.posed.block(block_of(body.svo, cell)), key_code(keys[i]));
+      added += test::near_hull(hull, i % view.width + 0.5, i / view.width + 0.5, 1.5) ? 0 : 1;
+    }
+    for (const ReadVoxel& voxel : test::read_voxels(body.svo)) {
+      const auto hull = test::hull_of(view, instance, body.svo.cells[voxel.cell],
+                                      body.posed.block(voxel.block), voxel.code);
+      crossing += hull.size() > 8 ? 1 : 0;
+      double farthest = 0.0;
+      for (const test::ScreenPoint& p : hull) farthest = std::max(farthest, p.depth);
+      test::for_each_pixel(view, hull, 3, [&](size_t i) {
+        lost += keys[i] == kNothing || key_depth(keys[i]) > farthest * 1.001 ? 1 : 0;
+      });
+    }
+    EXPECT_EQ(added, 0);
+    EXPECT_EQ(lost, 0);
+  }
+  EXPECT_GT(drawn, 10000);
+  EXPECT_GT(crossing, 20);
 }
 
 // One voxel that is a box: depths of the first face that the ray meets, by slabs in double.

@@ -6,6 +6,7 @@
 // clang-format off
 #include "sinew/base/simd.h"
 #include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 // clang-format on
 
@@ -14,6 +15,7 @@
 
 #include "sinew/base/check.h"
 #include "sinew/render/voxels/voxel_batch.h"
+#include "sinew/svo/brick.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace sinew {
@@ -21,6 +23,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using D4 = hn::CappedTag<float, 4>;
+using D8 = hn::CappedTag<float, 8>;
 using D16 = hn::CappedTag<float, 16>;
 
 constexpr uint32_t kCachedBits = 7;
@@ -78,6 +81,32 @@ struct alignas(16) Columns {
   }
 };
 
+// The sum of the unit normals of up to eight voxels; `packed` is filled up with anything.
+HWY_INLINE vec3 sum_of_normals(const uint16_t* packed, uint32_t count) {
+  const D8 d;
+  const hn::RebindToSigned<D8> di;
+  const hn::Rebind<uint16_t, D8> d16;
+  const auto zero = hn::Zero(d), middle = hn::Set(d, 127.0f);
+  auto sum_x = zero, sum_y = zero, sum_z = zero;
+  for (uint32_t i = 0; i < count; i += static_cast<uint32_t>(hn::Lanes(d))) {
+    const auto both = hn::PromoteTo(di, hn::Load(d16, packed + i));
+    const auto x = hn::Sub(hn::ConvertTo(d, hn::And(both, hn::Set(di, 255))), middle);
+    const auto y = hn::Sub(hn::ConvertTo(d, hn::ShiftRight<8>(both)), middle);
+    // As unit_normal().
+    const auto z = hn::Sub(hn::Sub(middle, hn::Abs(x)), hn::Abs(y));
+    const auto fold = hn::Max(hn::Neg(z), zero);
+    const auto nx = hn::Sub(x, hn::CopySign(fold, x)), ny = hn::Sub(y, hn::CopySign(fold, y));
+    const auto length2 = hn::MulAdd(nx, nx, hn::MulAdd(ny, ny, hn::Mul(z, z)));
+    const auto scale =
+        hn::IfThenElseZero(hn::FirstN(d, count - i), hn::Div(hn::Set(d, 1.0f), hn::Sqrt(length2)));
+    sum_x = hn::MulAdd(nx, scale, sum_x);
+    sum_y = hn::MulAdd(ny, scale, sum_y);
+    sum_z = hn::MulAdd(z, scale, sum_z);
+  }
+  const auto all = [&](auto v) { return hn::GetLane(hn::SumOfLanes(d, v)); };
+  return vec3(all(sum_x), all(sum_y), all(sum_z));
+}
+
 // Remembers where the last winners came from.
 class Fetch {
  public:
@@ -85,9 +114,15 @@ class Fetch {
     for (uint32_t& unit : units_) unit = kMostUnits;
   }
 
+  // Memory is asked for before it is read: of cells, then of what moves them, then of voxels.
   void run(std::span<const VisibilityKey> keys, VoxelBatch& out) {
+    constexpr uint32_t kAhead = 16;
+    SINEW_CHECK(keys.size() <= kMostWinners);
     out.count = static_cast<uint32_t>(keys.size());
+    find_cells(keys);
+    for (uint32_t i = 0; i < std::min(out.count, kAhead); ++i) prefetch_voxel(keys[i]);
     for (uint32_t i = 0; i < out.count; ++i) {
+      if (i + kAhead < out.count) prefetch_voxel(keys[i + kAhead]);
       const uint32_t unit = key_unit(keys[i]);
       find_instance(unit);
       const uint32_t local = unit - instance_->first_unit;
@@ -95,8 +130,8 @@ class Fetch {
         out.set(i, sample_voxel(instances_, keys[i]));
         continue;
       }
-      const uint32_t slot = (unit * 0x9e3779b9u) >> (32 - kCachedBits);
-      if (units_[slot] != unit) {
+      const uint32_t slot = slot_of(unit);
+      if (HWY_UNLIKELY(units_[slot] != unit)) {
         units_[slot] = unit;
         prepare(local, table_[slot]);
       }
@@ -106,6 +141,64 @@ class Fetch {
   }
 
  private:
+  static HWY_INLINE uint32_t slot_of(uint32_t unit) {
+    return (unit * 0x9e3779b9u) >> (32 - kCachedBits);
+  }
+
+  // Prepares the keys' cells, as far as they do not get into each other's way.
+  void find_cells(std::span<const VisibilityKey> keys) {
+    uint32_t fresh[kMostWinners], count = 0;
+    for (const VisibilityKey key : keys) {
+      const uint32_t unit = key_unit(key), slot = slot_of(unit);
+      if (units_[slot] == unit) continue;
+      find_instance(unit);
+      if (unit - first_unit_ >= cells_) continue;
+      units_[slot] = unit;
+      fresh[count++] = unit;
+      hwy::Prefetch(&svo_->cells[unit - first_unit_]);
+    }
+    for (uint32_t i = 0; i < count; ++i) {
+      find_instance(fresh[i]);
+      prefetch_cell(fresh[i] - first_unit_);
+    }
+    for (uint32_t i = 0; i < count; ++i) {
+      const uint32_t slot = slot_of(fresh[i]);
+      if (units_[slot] != fresh[i]) continue;  // another's by now
+      find_instance(fresh[i]);
+      prepare(fresh[i] - first_unit_, table_[slot]);
+    }
+  }
+
+  HWY_INLINE void prefetch_cell(uint32_t index) {
+    find_block(index);
+    const SvoCell& cell = svo_->cells[index];
+    hwy::Prefetch(svo_->bricks.data() + svo_->blocks[block_].first_brick + cell.first_brick);
+    for (const uint16_t corner : cell.corner) {
+      hwy::Prefetch(&posed_.positions[corner]);
+      if (!posed_.cofactors.empty()) hwy::Prefetch(&posed_.cofactors[corner]);
+    }
+  }
+
+  // Of level 0 and 1: near enough to its attributes.
+  HWY_INLINE void prefetch_voxel(VisibilityKey key) {
+    const uint32_t unit = key_unit(key), slot = slot_of(unit), code = key_code(key);
+    if (units_[slot] != unit || code >= kFirstCode[2]) return;
+    find_instance(unit);
+    const PreparedCell& cell = table_[slot];
+    const bool fine = code < kFirstCode[1];
+    const uint32_t brick = fine ? code >> 6 : brick_above(code - kFirstCode[1]);
+    const uint32_t bit = fine ? code & 63 : first_below(code - kFirstCode[1]);
+    const uint32_t voxel =
+        cell.first_voxel + cell.before[brick] + bits_below(cell.masks[brick], bit);
+    hwy::Prefetch(svo_->normals.data() + voxel);
+    if (svo_->colors.empty()) {
+      hwy::Prefetch(svo_->color_selectors.data() + (voxel >> 4));
+      hwy::Prefetch(svo_->color_ends.data() + cell.first_brick + bits_below(cell.bricks, brick));
+    } else {
+      hwy::Prefetch(svo_->colors.data() + voxel);
+    }
+  }
+
   HWY_INLINE void find_instance(uint32_t unit) {
     if (unit - first_unit_ < units_of_) return;
     const auto after = std::upper_bound(
@@ -200,6 +293,8 @@ class Fetch {
                           cell.first_brick + bits_below(cell.bricks, brick)};
       direction = unpack_direction(svo_->normals[at.voxel]);
       color = voxel_color(*svo_, at);
+    } else if (code < kFirstCode[2]) {
+      out.normal[i][3] = fetch_coarse(cell, code - kFirstCode[1], direction, color);
     } else {
       const VoxelAttributes a =
           voxel_attributes(*svo_, svo_->blocks[cell.block], svo_->cells[cell.index], code);
@@ -217,6 +312,44 @@ class Fetch {
     map(cell, at, direction, i, out);
     out.place[i][3] = cell.diagonal * side;
     out.normal[i][3] = spread;
+  }
+
+  // Means over the voxels of one of level 1, as voxel_attributes(); returns the spread.
+  HWY_INLINE float fetch_coarse(const PreparedCell& cell, uint32_t bit, vec3& direction,
+                                vec3& color) {
+    const uint32_t brick = brick_above(bit), first = cell.first_voxel + cell.before[brick];
+    const uint64_t mask = cell.masks[brick];
+    const VoxelIndex at{0, cell.first_brick + bits_below(cell.bricks, brick)};
+    alignas(16) uint16_t normals[8] = {};
+    uint32_t count = 0, selectors = 0, squares = 0;
+    vec3 colors(0.0f);
+    for (uint64_t rest = mask & kEight << first_below(bit); rest != 0; rest &= rest - 1) {
+      const uint32_t voxel =
+          first + bits_below(mask, static_cast<uint32_t>(std::countr_zero(rest)));
+      normals[count++] = svo_->normals[voxel];
+      if (HWY_LIKELY(svo_->colors.empty())) {
+        const uint32_t selector = svo_->color_selectors[voxel >> 4] >> (2 * (voxel & 15)) & 3;
+        selectors += selector;
+        squares += selector * selector;
+      } else {
+        colors += voxel_color(*svo_, {voxel, at.brick});
+      }
+    }
+    const float share = 1.0f / static_cast<float>(count);
+    if (HWY_LIKELY(svo_->colors.empty())) {
+      // The mean of (a + s / 3 (b - a))^2 over the voxels' selectors s.
+      const SvoColorEnds ends = svo_->color_ends[at.brick];
+      const vec3 a = color_root(ends.a), b = color_root(ends.b) - a;
+      const float s = static_cast<float>(selectors) * share * (1.0f / 3.0f);
+      const float s2 = static_cast<float>(squares) * share * (1.0f / 9.0f);
+      color = a * a + (2.0f * s) * a * b + s2 * b * b;
+    } else {
+      color = colors * share;
+    }
+    direction = sum_of_normals(normals, count);
+    const float size = std::sqrt(dot(direction, direction));
+    if (!(size > 0.0f)) direction = vec3(0.0f, 0.0f, 1.0f);
+    return mean_length(size, static_cast<float>(count));
   }
 
   // Moves the voxel's middle and its normal to the world.

@@ -20,9 +20,8 @@ constexpr double kTracedHit = 0.12;    // more, if it meets it
 constexpr double kTracedCell = 1.0;    // made for the rays that reach it
 constexpr double kFilled = 0.25;       // share of its box on the screen that a body covers
 constexpr double kFront = 0.4;         // share of its cells that rays reach
-// Cells that cross the plane of the eye are drawn in every tile.
-constexpr double kCrossing = 0.015;  // share of voxels
-constexpr double kTilePixels = 64.0 * 64.0;
+// Of a body around the eye: its voxels close by fill the picture, some over others.
+constexpr double kCrossing = 0.02;  // a pixel
 
 double plane(vec4 row, vec3 p) {
   return row.x * p.x + row.y * p.y + row.z * p.z + row.w;
@@ -88,10 +87,10 @@ PrimaryCosts estimate_primary(const VoxelInstance& object, const RasterView& vie
   PrimaryCosts out;
   out.raster_us =
       kRasterObject + kRasterBlock * blocks + kRasterCell * cells + kRasterVoxel * voxels;
-  if (side > kLarge) out.raster_us += voxels * (kLargeVoxel + kLargePixel * side * side);
   if (on.crosses) {
-    const double tiles = double(view.width) * double(view.height) / kTilePixels;
-    out.raster_us += kCrossing * voxels * tiles * (kLargeVoxel + kLargePixel * kLarge * kLarge);
+    out.raster_us += kCrossing * on.pixels;  // its middle may be at the eye: `side` says nothing
+  } else if (side > kLarge) {
+    out.raster_us += voxels * (kLargeVoxel + kLargePixel * side * side);
   }
   const double made = std::min(kFront * cells, hits);
   out.trace_us = kTracedRay * on.pixels + kTracedHit * hits + kTracedCell * made +

@@ -162,6 +162,8 @@ HWY_NOINLINE bool view_near_cell(const BlockJob& job, const SvoCell& cell, const
                                  RasterBlock& block, RasterCell& out) {
   ClipPoint corners[8];
   for (int i = 0; i < 8; ++i) corners[i] = job.points[cell.corner[i]];
+  const SideLines view{0.0f, 0.0f, static_cast<float>(job.width), static_cast<float>(job.height)};
+  if (misses(corners, job.map->perspective, reach, view)) return false;
   const ScreenBox box = project_hull(corners, job.map->near, job.map->perspective, reach);
   if (!box.seen()) return false;
   out.path = RasterPath::near;
@@ -199,8 +201,13 @@ HWY_INLINE bool view_cell(const BlockJob& job, const SvoCell& cell, V4 reach_row
     const float wide = side + 2.0f * job.settings->margin;
     out.half_x = wide * half[0] + pad[0];
     out.half_y = wide * half[1] + pad[1];
-    grow_x += out.half_x;
-    grow_y += out.half_y;
+    if (is_large(*job.settings, out)) {
+      // They are drawn within their own outlines, which lie among the corners but for rounding.
+      grow_x = grow_y = 2.0f * std::max(pad[0], pad[1]);
+    } else {
+      grow_x += out.half_x;
+      grow_y += out.half_y;
+    }
     out.fine = 1;
     block.voxel = std::max(block.voxel, 2.0f * std::max(half[0], half[1]));
     if (!block.resident) draw_as_cell(job, cell, block, out);

@@ -65,13 +65,10 @@ HWY_INLINE Vi to_pixel(Vf v) {
   return hn::ConvertTo(Di(), hn::Min(hn::Max(v, hn::Set(d, -32000.0f)), hn::Set(d, 32000.0f)));
 }
 
-// Voxels of a cell one by one: those of a few pixels as rectangles, larger ones as boxes with
-// faces.
+// Voxels of a cell one by one, as rectangles.
 template <bool kKeys, class Map>
-HWY_INLINE void draw_boxes(const TileJob& job, const RasterCell& cell, const RasterBlock& block,
-                           const Map& map, const Spots& spots, uint32_t id, TilePlanes& planes) {
-  const bool large = 2.0f * std::max(cell.half_x, cell.half_y) > job.settings->large;
-  const SvoCell& lattice = block.svo->cells[cell.cell];
+HWY_INLINE void draw_boxes(const TileJob& job, const RasterCell& cell, const Map& map,
+                           const Spots& spots, uint32_t id, TilePlanes& planes) {
   const Df d;
   const Vf wide = hn::Set(d, 2.0f * cell.half_x), high = hn::Set(d, 2.0f * cell.half_y);
   const Vf near = hn::Set(d, cell.near_depth), far = hn::Set(d, cell.far_depth);
@@ -91,14 +88,21 @@ HWY_INLINE void draw_boxes(const TileJob& job, const RasterCell& cell, const Ras
           clip_to_tile(job, cell.x0 + x0[k], cell.y0 + y0[k], cell.x0 + x1[k], cell.y0 + y1[k]);
       if (box.empty()) continue;
       const VoxelCode code = code_of_spot(spots.spot[i + k], cell.level);
-      if (large) {
-        ClipPoint corners[8];
-        voxel_corners(job.points + block.first_corner, lattice, code, corners);
-        draw_faces<kKeys>(job, cell, corners, block.reach, id | code, planes);
-      } else {
-        put_box<kKeys>(planes, box, depth[k], id | code);
-      }
+      put_box<kKeys>(planes, box, depth[k], id | code);
     }
+  }
+}
+
+// As boxes with faces.
+template <bool kKeys>
+HWY_NOINLINE void draw_large(const TileJob& job, const RasterCell& cell, const RasterBlock& block,
+                             const Spots& spots, uint32_t id, TilePlanes& planes) {
+  const SvoCell& lattice = block.svo->cells[cell.cell];
+  for (uint32_t i = 0; i < spots.count; ++i) {
+    const VoxelCode code = code_of_spot(spots.spot[i], cell.level);
+    ClipPoint corners[8];
+    voxel_corners(job.points + block.first_corner, lattice, code, corners);
+    draw_faces<kKeys>(job, cell, corners, block.reach, id | code, planes);
   }
 }
 

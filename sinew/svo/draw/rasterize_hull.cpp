@@ -35,6 +35,20 @@ void wrap(Flat* points, uint32_t count, Outline& out) {
   }
 }
 
+// Makes each point the corners of the box that rounding leaves it.
+uint32_t widen(Flat* points, const double* depths, uint32_t count, bool perspective,
+               const float reach[3]) {
+  for (uint32_t i = count; i-- > 0;) {
+    const Flat p = points[i];
+    const double x = point_pad(std::abs(p.x), depths[i], perspective, reach[0], reach[2]);
+    const double y = point_pad(std::abs(p.y), depths[i], perspective, reach[1], reach[2]);
+    for (uint32_t k = 0; k < 4; ++k) {
+      points[4 * i + k] = {(k & 1) != 0 ? p.x + x : p.x - x, (k & 2) != 0 ? p.y + y : p.y - y};
+    }
+  }
+  return 4 * count;
+}
+
 int column(double x, bool up) {
   const double at = std::clamp(x - 0.5, -32000.0, 32000.0);
   return static_cast<int>(up ? std::ceil(at) : std::floor(at));
@@ -44,12 +58,14 @@ int column(double x, bool up) {
 
 Outline outline_of(const ClipPoint corners[8], float near, bool perspective, const float reach[3]) {
   Flat points[Outline::kMost];
+  double depths[Outline::kPoints];
   uint32_t count = 0;
   double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
   double sum = 0.0;  // what is not finite stays in it
   const auto add = [&](double x, double y, double depth) {
     const double scale = perspective ? 1.0 / depth : 1.0;
     points[count] = {x * scale, y * scale};
+    depths[count] = depth;
     farthest = std::max({farthest, std::abs(points[count].x), std::abs(points[count].y)});
     sum += points[count].x + points[count].y;
     nearest = std::min(nearest, depth);
@@ -68,8 +84,12 @@ Outline outline_of(const ClipPoint corners[8], float near, bool perspective, con
   }
   Outline out;
   if (count == 0 || !std::isfinite(sum)) return out;
-  const double terms = std::max(reach[0], reach[1]) + (perspective ? farthest * reach[2] : 0.0);
-  out.pad = double{kRasterGamma} * (terms * (perspective ? 1.0 / nearest : 1.0) + farthest);
+  const float widest = std::max(reach[0], reach[1]);
+  out.pad = point_pad(farthest, nearest, perspective, widest, reach[2]);
+  if (out.pad > kWidePad) {
+    count = widen(points, depths, count, perspective, reach);
+    out.pad = 0.0;
+  }
   wrap(points, count, out);
   return out;
 }

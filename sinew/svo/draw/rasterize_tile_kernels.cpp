@@ -8,6 +8,7 @@
 // clang-format off
 #include "sinew/base/simd.h"
 #include <hwy/foreach_target.h>  // must come before highway.h
+#include <hwy/cache_control.h>
 #include <hwy/highway.h>
 // clang-format on
 
@@ -16,6 +17,7 @@
 #include "sinew/svo/draw/rasterize_dense-inl.h"
 #include "sinew/svo/draw/rasterize_faces-inl.h"
 #include "sinew/svo/draw/rasterize_kernels.h"
+#include "sinew/svo/draw/rasterize_sides-inl.h"
 #include "sinew/svo/thesis/thesis_place-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -119,7 +121,7 @@ HWY_INLINE void draw_voxels(const TileJob& job, const RasterCell& cell, const Ma
   if (cell.level < 2 && is_dense(cell, shape)) {
     draw_dense<kKeys>(job, cell, shape, map, buffers.spots, id, buffers.dense, buffers.planes);
   } else {
-    draw_boxes<kKeys>(job, cell, job.blocks[cell.block], map, buffers.spots, id, buffers.planes);
+    draw_boxes<kKeys>(job, cell, map, buffers.spots, id, buffers.planes);
   }
 }
 
@@ -148,6 +150,26 @@ HWY_NOINLINE void draw_skinned(const TileJob& job, const RasterCell& cell, uint3
   draw_voxels<kKeys>(job, cell, map, id, buffers);
 }
 
+// A cell of large voxels, or one that crosses the near plane: of its voxels only those that may
+// meet the tile are looked at. Returns how many.
+template <bool kKeys>
+HWY_NOINLINE uint32_t draw_wide(const TileJob& job, const RasterCell& cell, uint32_t id,
+                                TileBuffers& buffers) {
+  const RasterBlock& block = job.blocks[cell.block];
+  const SvoCell& lattice = block.svo->cells[cell.cell];
+  const CellSides sides = sides_of(job, block, lattice);
+  if (misses_tile(sides)) return 0;
+  Spots& spots = buffers.spots;
+  list_spots(*block.svo, block.svo->blocks[block.block], lattice, cell.level, spots);
+  keep_in_tile(sides, cell.level, spots);
+  if (cell.path == RasterPath::near) {
+    draw_near<kKeys>(job, cell, block, id, spots, buffers.planes);
+  } else {
+    draw_large<kKeys>(job, cell, block, spots, id, buffers.planes);
+  }
+  return spots.count;
+}
+
 template <bool kKeys>
 HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffers,
                           TileCounts& counts) {
@@ -161,15 +183,18 @@ HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffe
     counts.nodes += cell.block == kNoBlock ? 1 : 0;
     return;
   }
+  if (cell.path == RasterPath::near || is_large(*job.settings, cell)) {
+    const uint32_t drawn = draw_wide<kKeys>(job, cell, id, buffers);
+    counts.voxels += drawn;
+    counts.leaves += cell.level == 0 ? drawn : 0;
+    return;
+  }
   const RasterBlock& block = job.blocks[cell.block];
   const SvoCell& lattice = block.svo->cells[cell.cell];
   Spots& spots = buffers.spots;
   list_spots(*block.svo, block.svo->blocks[block.block], lattice, cell.level, spots);
   counts.voxels += spots.count;
   counts.leaves += cell.level == 0 ? spots.count : 0;
-  if (cell.path == RasterPath::near) {
-    return draw_near<kKeys>(job, cell, block, id, spots, buffers.planes);
-  }
   const float offset_x = static_cast<float>(cell.x0) + 0.5f + cell.half_x;
   const float offset_y = static_cast<float>(cell.y0) + 0.5f + cell.half_y;
   if (job.skinned != nullptr) {
@@ -178,6 +203,30 @@ HWY_INLINE void draw_cell(const TileJob& job, uint32_t place, TileBuffers& buffe
   const CellMap map = map_of(job.points + block.first_corner, lattice.corner, cell.level,
                              job.perspective, offset_x, offset_y);
   draw_voxels<kKeys>(job, cell, map, id, buffers);
+}
+
+// Asks for what drawing the cells at and some way behind `i` of the order reads: the nearer they
+// are, the more can be followed.
+HWY_INLINE void prefetch_cells(const TileJob& job, uint32_t i, uint32_t end) {
+  constexpr uint32_t kCell = 12, kLattice = 6, kCorners = 3;
+  if (i + kCell < end) hwy::Prefetch(&job.cells[job.list[job.order[i + kCell]]]);
+  if (i + kLattice < end) {
+    const RasterCell& cell = job.cells[job.list[job.order[i + kLattice]]];
+    if (cell.path != RasterPath::rectangle) {
+      hwy::Prefetch(&job.blocks[cell.block].svo->cells[cell.cell]);
+    }
+  }
+  if (i + kCorners < end) {
+    const RasterCell& cell = job.cells[job.list[job.order[i + kCorners]]];
+    if (cell.path == RasterPath::rectangle) return;
+    const RasterBlock& block = job.blocks[cell.block];
+    const SvoCell& lattice = block.svo->cells[cell.cell];
+    hwy::Prefetch(block.svo->bricks.data() + block.svo->blocks[block.block].first_brick +
+                  lattice.first_brick);
+    for (const uint16_t corner : lattice.corner) {
+      hwy::Prefetch(job.points + block.first_corner + corner);
+    }
+  }
 }
 
 // Draws a part of the list that ids suffice for, but for stand-ins.
@@ -197,7 +246,10 @@ HWY_INLINE void draw_list(const TileJob& job, TileBuffers& buffers, TileCounts& 
   }
   std::reverse(job.order + second, job.order + job.count);
   if (job.settings->front_to_back) sort_front_to_back(job, first, second);
-  for (uint32_t i = 0; i < first; ++i) draw_cell<kKeys>(job, job.order[i], buffers, counts);
+  for (uint32_t i = 0; i < first; ++i) {
+    prefetch_cells(job, i, first);
+    draw_cell<kKeys>(job, job.order[i], buffers, counts);
+  }
   // Depths are looked at anew every so often: that costs about as much as one cell.
   constexpr uint32_t kRenew = 64;
   uint32_t drawn = kRenew;
@@ -208,6 +260,7 @@ HWY_INLINE void draw_list(const TileJob& job, TileBuffers& buffers, TileCounts& 
     }
     if (is_hidden(job, job.cells[job.list[job.order[i]]], buffers.far)) {
       ++counts.cells_hidden;
+      if (!kKeys) job.marks[job.order[i] + 1] = 1;  // stays hidden
       continue;
     }
     draw_cell<kKeys>(job, job.order[i], buffers, counts);
@@ -219,6 +272,7 @@ HWY_INLINE void draw_list(const TileJob& job, TileBuffers& buffers, TileCounts& 
 HWY_INLINE void note_not_hidden(const TileJob& job, TileBuffers& buffers) {
   update(buffers.planes, buffers.far);
   for (uint32_t i = 0; i < job.count; ++i) {
+    if (job.marks[i + 1] != 0) continue;
     const RasterCell& cell = job.cells[job.list[i]];
     if (!is_hidden(job, cell, buffers.far)) set_seen(job.seen_now, cell.unit);
   }

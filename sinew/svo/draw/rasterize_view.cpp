@@ -8,22 +8,37 @@
 namespace sinew {
 namespace {
 
-struct Extent {
-  double low[3], high[3];
+// A hull's points beyond the near plane: its corners there, and where lines between corners meet
+// the plane, its edges among them.
+struct SeenPoints {
+  static constexpr int kMost = 8 + 16;
+  double at[kMost][3];  // x and y divided by depth in perspective
+  int count = 0;
 
-  Extent() {
-    std::fill_n(low, 3, std::numeric_limits<double>::infinity());
-    std::fill_n(high, 3, -std::numeric_limits<double>::infinity());
-  }
-  void extend(double x, double y, double depth, bool perspective) {
+  void add(double x, double y, double depth, bool perspective) {
     const double scale = perspective ? 1.0 / depth : 1.0;
-    const double at[3] = {x * scale, y * scale, depth};
-    for (int i = 0; i < 3; ++i) {
-      low[i] = std::min(low[i], at[i]);
-      high[i] = std::max(high[i], at[i]);
-    }
+    at[count][0] = x * scale;
+    at[count][1] = y * scale;
+    at[count][2] = depth;
+    ++count;
   }
 };
+
+SeenPoints seen_points(const ClipPoint corners[8], float near, bool perspective) {
+  SeenPoints out;
+  for (int i = 0; i < 8; ++i) {
+    const ClipPoint& a = corners[i];
+    if (!(a.depth > near)) continue;
+    out.add(a.x, a.y, a.depth, perspective);
+    for (int k = 0; k < 8; ++k) {
+      const ClipPoint& b = corners[k];
+      if (!(b.depth <= near)) continue;
+      const double t = (double{near} - a.depth) / (double{b.depth} - a.depth);
+      out.add(a.x + t * (double{b.x} - a.x), a.y + t * (double{b.y} - a.y), near, perspective);
+    }
+  }
+  return out;
+}
 
 ClipPoint lerp(const ClipPoint& a, const ClipPoint& b, float t) {
   return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.depth + t * (b.depth - a.depth), 0.0f};
@@ -45,36 +60,66 @@ ClipMap map_of(const RasterView& view, const Affine& placement) {
           view.near, is_perspective(view)};
 }
 
+double point_pad(double farthest, double depth, bool perspective, float reach, float depth_reach) {
+  const double terms = reach + (perspective ? farthest * depth_reach : 0.0);
+  return double{kRasterGamma} * (terms * (perspective ? 1.0 / depth : 1.0) + farthest);
+}
+
 ScreenBox project_hull(const ClipPoint corners[8], float near, bool perspective,
                        const float reach[3]) {
-  Extent box;
-  for (int i = 0; i < 8; ++i) {
-    const ClipPoint& a = corners[i];
-    if (a.depth > near) box.extend(a.x, a.y, a.depth, perspective);
-    // Where the hull's edges, and lines within it, meet the near plane.
-    for (int k = 0; k < 8; ++k) {
-      const ClipPoint& b = corners[k];
-      if (!(a.depth > near) || !(b.depth <= near)) continue;
-      const double t = (double{near} - a.depth) / (double{b.depth} - a.depth);
-      box.extend(a.x + t * (double{b.x} - a.x), a.y + t * (double{b.y} - a.y), near, perspective);
+  const SeenPoints points = seen_points(corners, near, perspective);
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  double low[3] = {kInfinity, kInfinity, kInfinity}, high[3] = {-kInfinity, -kInfinity, -kInfinity};
+  for (int k = 0; k < points.count; ++k) {
+    for (int i = 0; i < 3; ++i) {
+      low[i] = std::min(low[i], points.at[k][i]);
+      high[i] = std::max(high[i], points.at[k][i]);
     }
   }
-  if (!(box.low[2] <= box.high[2])) return {};
-  const double scale = perspective ? 1.0 / box.low[2] : 1.0;
-  double pad[2];
+  if (!(low[2] <= high[2])) return {};
   for (int i = 0; i < 2; ++i) {
-    const double most = std::max(std::abs(box.low[i]), std::abs(box.high[i]));
-    const double terms = reach[i] + (perspective ? most * reach[2] : 0.0);
-    pad[i] = double{kRasterGamma} * (terms * scale + most);
+    const double most = std::max(std::abs(low[i]), std::abs(high[i]));
+    const double pad = point_pad(most, low[2], perspective, reach[i], reach[2]);
+    if (!(pad > kWidePad)) {
+      low[i] -= pad;
+      high[i] += pad;
+      continue;
+    }
+    for (int k = 0; k < points.count; ++k) {
+      const double at = points.at[k][i];
+      const double own = point_pad(std::abs(at), points.at[k][2], perspective, reach[i], reach[2]);
+      low[i] = std::min(low[i], at - own);
+      high[i] = std::max(high[i], at + own);
+    }
   }
   // Depths above near, even if the hull begins there.
   const float beyond = std::nextafter(near, std::numeric_limits<float>::infinity());
-  return {static_cast<float>(box.low[0] - pad[0]),
-          static_cast<float>(box.low[1] - pad[1]),
-          static_cast<float>(box.high[0] + pad[0]),
-          static_cast<float>(box.high[1] + pad[1]),
-          std::max(static_cast<float>(box.low[2]), beyond),
-          std::max(static_cast<float>(box.high[2]), beyond)};
+  return {static_cast<float>(low[0]),
+          static_cast<float>(low[1]),
+          static_cast<float>(high[0]),
+          static_cast<float>(high[1]),
+          std::max(static_cast<float>(low[2]), beyond),
+          std::max(static_cast<float>(high[2]), beyond)};
+}
+
+bool misses(const ClipPoint corners[8], bool perspective, const float reach[3],
+            const SideLines& lines) {
+  // Along each axis, signed: the picture's lower side, then the upper one.
+  for (int side = 0; side < 4; ++side) {
+    const int axis = side >> 1;
+    const double line = axis == 0 ? ((side & 1) != 0 ? lines.x1 : lines.x0)
+                                  : ((side & 1) != 0 ? lines.y1 : lines.y0);
+    const double sign = (side & 1) != 0 ? -1.0 : 1.0;
+    double most = -std::numeric_limits<double>::infinity();
+    for (int i = 0; i < 8; ++i) {
+      const double at = axis == 0 ? corners[i].x : corners[i].y;
+      const double w = perspective ? corners[i].depth : 1.0;
+      most = std::max(most, sign * (at - line * w));
+    }
+    const double w_reach = perspective ? reach[2] : 1.0;
+    if (most < -2.0 * double{kRasterGamma} * (reach[axis] + std::abs(line) * w_reach)) return true;
+  }
+  return false;
 }
 
 void voxel_corners(const ClipPoint* points, const SvoCell& cell, VoxelCode code, ClipPoint out[8]) {

@@ -74,6 +74,11 @@ struct RasterCell {
 inline constexpr uint16_t kStandIn = 2;  // it is drawn in another part of the picture
 static_assert(sizeof(RasterCell) == 40);
 
+// Whether its voxels are drawn as boxes with faces.
+inline bool is_large(const RasterSettings& settings, const RasterCell& cell) {
+  return 2.0f * std::max(cell.half_x, cell.half_y) > settings.large;
+}
+
 // A box on the screen, in pixels.
 struct ScreenBox {
   float x0 = 0.0f, y0 = 0.0f, x1 = -1.0f, y1 = -1.0f;
@@ -81,10 +86,26 @@ struct ScreenBox {
   bool seen() const { return near_depth <= far_depth; }
 };
 
+// What rounding may move a point on the screen by: at most `farthest` pixels from 0 along the axis,
+// at this depth, `reach` as in RasterBlock. The most that any point of a hull needs is added on all
+// sides; where that is much, close to the eye, each of its points has what it needs itself.
+double point_pad(double farthest, double depth, bool perspective, float reach, float depth_reach);
+inline constexpr double kWidePad = 0.25;  // pixels
+
 // The box of what of the hull of eight points lies beyond the near plane. `reach` as in
 // RasterBlock; the box is padded for the rounding of points within the hull.
 ScreenBox project_hull(const ClipPoint corners[8], float near, bool perspective,
                        const float reach[3]);
+
+// Lines on the screen, in pixels. In space each is a plane through the eye.
+struct SideLines {
+  float x0 = 0.0f, y0 = 0.0f, x1 = 0.0f, y1 = 0.0f;
+};
+// Whether all of the hull, as far as it is before the eye, is beyond one of the lines: found
+// without a division by depth, so it holds close to the eye, where boxes on the screen are of no
+// use.
+bool misses(const ClipPoint corners[8], bool perspective, const float reach[3],
+            const SideLines& lines);
 
 // Corners of a voxel of a cell.
 void voxel_corners(const ClipPoint* points, const SvoCell& cell, VoxelCode code, ClipPoint out[8]);

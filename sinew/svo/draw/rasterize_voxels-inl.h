@@ -10,6 +10,7 @@
 #include <bit>
 #include <cstring>
 
+#include "sinew/svo/brick.h"
 #include "sinew/svo/draw/rasterize_kernels.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -64,7 +65,12 @@ HWY_INLINE void list_spots(const Svo& svo, const SvoBlock& block, const SvoCell&
       out.count = append_mask(*mask++, brick << 6, out.count, out.spot);
     }
   } else if (level == 1) {
-    out.count = append_mask(coarse_voxels(cell, mask), 0, 0, out.spot);
+    uint64_t coarse = 0;  // coarse_voxels(), inlined
+    for (uint32_t rest = cell.bricks; rest != 0; rest &= rest - 1) {
+      const uint32_t brick = static_cast<uint32_t>(std::countr_zero(rest));
+      coarse |= coarse_of_brick(*mask++) << coarse_shift(brick);
+    }
+    out.count = append_mask(coarse, 0, 0, out.spot);
   } else {
     for (uint32_t rest = cell.bricks; rest != 0; rest &= rest - 1) {
       const uint32_t bit = static_cast<uint32_t>(std::countr_zero(rest));
