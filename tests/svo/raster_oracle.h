@@ -9,6 +9,7 @@
 
 #include "sinew/math/random.h"
 #include "sinew/svo/draw/rasterize.h"
+#include "sinew/svo/voxel_at.h"
 #include "svo/svo_oracle.h"
 
 namespace sinew::test {
@@ -169,8 +170,9 @@ inline std::vector<ScreenPoint> points_of(const RasterView& view, const VoxelIns
 
 // The corners of the voxel's hull as it is drawn, and where lines between them meet the near plane.
 inline std::vector<ScreenPoint> hull_of(const RasterView& view, const VoxelInstance& body,
-                                        const SvoCell& cell, const PosedBlock& block,
-                                        VoxelCode code) {
+                                        uint32_t c, VoxelCode code) {
+  const SvoCell& cell = body.posed->svo().cells[c];
+  const PosedBlock block = body.posed->block(block_of(body.posed->svo(), c));
   const VoxelPlace place = place_of(code);
   const dvec3 min(place.min);
   dvec3 rows[8];  // x, y, depth: linear in space

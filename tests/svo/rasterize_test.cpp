@@ -11,7 +11,6 @@
 
 #include "allocations.h"
 #include "sinew/base/parallel.h"
-#include "sinew/svo/voxel_at.h"
 #include "svo/raster_oracle.h"
 
 namespace sinew {
@@ -235,15 +234,11 @@ TEST(Rasterize, NothingIsAddedAtTheEye) {
       EXPECT_EQ(keys[i] == kNothing, std::isinf(depth[i]));
       if (keys[i] == kNothing) continue;
       ++drawn;
-      const uint32_t cell = key_unit(keys[i]);
-      const auto hull =
-          test::hull_of(view, instance, body.svo.cells[cell],
-                        body.posed.block(block_of(body.svo, cell)), key_code(keys[i]));
+      const auto hull = test::hull_of(view, instance, key_unit(keys[i]), key_code(keys[i]));
       added += test::near_hull(hull, i % view.width + 0.5, i / view.width + 0.5, 1.5) ? 0 : 1;
     }
     for (const ReadVoxel& voxel : test::read_voxels(body.svo)) {
-      const auto hull = test::hull_of(view, instance, body.svo.cells[voxel.cell],
-                                      body.posed.block(voxel.block), voxel.code);
+      const auto hull = test::hull_of(view, instance, voxel.cell, voxel.code);
       crossing += hull.size() > 8 ? 1 : 0;
       double farthest = 0.0;
       for (const test::ScreenPoint& p : hull) farthest = std::max(farthest, p.depth);
