@@ -26,9 +26,11 @@ VoxelBounds::Extent VoxelBounds::extent_of(const Svo& svo, const SvoBlock& block
                                            const SvoCell& cell) {
   Extent extent{{8, 8, 8}, {0, 0, 0}};
   const uint64_t* brick = &svo.bricks[block.first_brick + cell.first_brick];
+  constexpr uint64_t kAll = ~uint64_t{0};
   for (uint32_t slots = cell.bricks; slots != 0; slots &= slots - 1) {
     const auto slot = static_cast<uint32_t>(std::countr_zero(slots));
-    for (uint64_t bits = *brick++; bits != 0; bits &= bits - 1) {
+    const uint64_t voxels = *brick++;
+    for (uint64_t bits = svo.paging ? kAll : voxels; bits != 0; bits &= bits - 1) {
       const uvec3 at = place_of(64 * slot + static_cast<uint32_t>(std::countr_zero(bits))).min;
       for (int k = 0; k < 3; ++k) {
         uint8_t &low = extent.low[static_cast<size_t>(k)],

@@ -16,7 +16,7 @@ class VoxelBounds {
   explicit VoxelBounds(const Scene& scene);
 
   // The box of all voxels of present objects, as the lattice moves them: that of the eight corners
-  // of what is occupied in each cell.
+  // of what is occupied in each cell. Where voxels come and go, their bricks stand for them.
   Box at(const ScenePose& pose);
 
  private:
