@@ -18,9 +18,12 @@ void positions_of(const VisitedBody& body, uint32_t treelet, vec3* out) {
 
 template <class T>
 void prefetch(const T* first, uint32_t count, bool written) {
-  const char* const begin = reinterpret_cast<const char*>(first);
-  for (size_t at = 0; at < count * sizeof(T); at += 64) {
-    written ? __builtin_prefetch(begin + at, 1) : __builtin_prefetch(begin + at);
+  constexpr uintptr_t kLine = 64;
+  const auto begin = reinterpret_cast<uintptr_t>(first) & ~(kLine - 1);
+  const auto end = reinterpret_cast<uintptr_t>(first + count);
+  for (uintptr_t at = begin; at < end; at += kLine) {
+    const auto* const line = reinterpret_cast<const char*>(at);
+    written ? __builtin_prefetch(line, 1) : __builtin_prefetch(line);
   }
 }
 
