@@ -26,7 +26,8 @@ target_sources(sinew PUBLIC FILE_SET HEADERS BASE_DIRS ${PROJECT_SOURCE_DIR} FIL
   sinew/render/attributes.h sinew/render/camera.h sinew/render/frame.h sinew/render/gbuffer.h
   sinew/render/layers.h sinew/render/lights.h sinew/render/raster_view.h sinew/render/refinement.h
   sinew/render/texture.h sinew/render/views.h sinew/render/voxelize_scene.h
-  sinew/render/voxels/voxel_batch.h sinew/render/voxels/voxel_frame.h
+  sinew/render/voxels/kept_voxels.h sinew/render/voxels/voxel_batch.h
+  sinew/render/voxels/voxel_frame.h
   sinew/render/voxels/voxel_material.h sinew/render/voxels/voxel_settings.h
   sinew/render/voxels/voxel_shade.h sinew/render/voxels/voxel_shadows.h)
 
