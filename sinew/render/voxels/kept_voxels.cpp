@@ -32,13 +32,13 @@ void KeptVoxels::keep_tile(std::span<const VoxelInstance> instances, Scratch& sc
                            std::vector<Voxel>& voxels) {
   const auto begin = scratch.winners.keys;
   const auto end = std::unique(begin, begin + scratch.winners.count,
-                               [](auto a, auto b) { return name_of(a) == name_of(b); });
+                               [](auto a, auto b) { return key_name(a) == key_name(b); });
   scratch.voxels.clear();
   VisibilityKey* missing = begin;
   auto known = voxels.begin();
   for (const VisibilityKey* key = begin; key != end; ++key) {
-    while (known != voxels.end() && known->name < name_of(*key)) ++known;
-    if (known != voxels.end() && known->name == name_of(*key)) {
+    while (known != voxels.end() && known->name < key_name(*key)) ++known;
+    if (known != voxels.end() && known->name == key_name(*key)) {
       scratch.voxels.push_back(*known);
     } else {
       *missing++ = *key;
@@ -48,7 +48,7 @@ void KeptVoxels::keep_tile(std::span<const VoxelInstance> instances, Scratch& sc
     const auto count = static_cast<uint32_t>(missing - begin);
     fetch_voxels(instances, {begin, count}, scratch.batch);
     for (uint32_t i = 0; i < count; ++i) {
-      scratch.voxels.push_back(voxel_of(name_of(begin[i]), scratch.batch, i));
+      scratch.voxels.push_back(voxel_of(key_name(begin[i]), scratch.batch, i));
     }
     std::ranges::sort(scratch.voxels, {}, &Voxel::name);
   }
@@ -63,7 +63,7 @@ void KeptVoxels::keep(std::span<const VoxelInstance> instances, const Visibility
       TileWinners& winners = scratch.winners;
       list_winners(visibility, shading_tile(visibility, i), winners);
       std::sort(winners.keys, winners.keys + winners.count,
-                [](auto a, auto b) { return name_of(a) < name_of(b); });
+                [](auto a, auto b) { return key_name(a) < key_name(b); });
       keep_tile(instances, scratch, tiles_[i]);
     }
   });
@@ -73,8 +73,8 @@ void KeptVoxels::fetch(size_t tile, std::span<const VisibilityKey> keys, VoxelBa
   const std::vector<Voxel>& voxels = tiles_[tile];
   out.count = static_cast<uint32_t>(keys.size());
   for (uint32_t i = 0; i < out.count; ++i) {
-    const auto found = std::ranges::lower_bound(voxels, name_of(keys[i]), {}, &Voxel::name);
-    SINEW_CHECK(found != voxels.end() && found->name == name_of(keys[i]));
+    const auto found = std::ranges::lower_bound(voxels, key_name(keys[i]), {}, &Voxel::name);
+    SINEW_CHECK(found != voxels.end() && found->name == key_name(keys[i]));
     std::copy_n(found->place, 4, out.place[i]);
     std::copy_n(found->normal, 4, out.normal[i]);
     std::copy_n(found->color, 3, out.color[i]);

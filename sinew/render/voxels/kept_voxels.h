@@ -21,7 +21,7 @@ class KeptVoxels {
 
  private:
   struct Voxel {
-    uint64_t name = 0;  // see name_of()
+    uint64_t name = 0;  // see key_name()
     float place[4] = {}, normal[4] = {}, color[3] = {};
     uint32_t material = 0;
   };

@@ -13,11 +13,6 @@ inline constexpr uint32_t kTileWidth = 32, kTileHeight = 16;  // pixels; winners
 static_assert(kTileWidth * kTileHeight <= kMostWinners);
 inline constexpr uint16_t kBackground = 0xffff;
 
-// What names a voxel in a key.
-inline uint64_t name_of(VisibilityKey key) {
-  return key & ((uint64_t{1} << 37) - 1);
-}
-
 // The voxels in a tile, each once, and which of them each pixel shows.
 struct TileWinners {
   uint32_t count = 0;
@@ -38,7 +33,7 @@ inline void list_winners(const Visibility& visibility, const Tile& tile, TileWin
         &visibility.keys[size_t{tile.top + y} * visibility.width + tile.left];
     uint64_t before = ~uint64_t{0};
     for (uint32_t x = 0; x < tile.width; ++x) {
-      const uint64_t name = row[x] == kNothing ? ~uint64_t{0} : name_of(row[x]);
+      const uint64_t name = row[x] == kNothing ? ~uint64_t{0} : key_name(row[x]);
       uint16_t& index = out.index[y][x];
       if (row[x] == kNothing) {
         index = kBackground;

@@ -35,18 +35,18 @@ void wrap(Flat* points, uint32_t count, Outline& out) {
   }
 }
 
-// Makes each point the corners of the box that rounding leaves it.
-uint32_t widen(Flat* points, const double* depths, uint32_t count, bool perspective,
-               const float reach[3]) {
-  for (uint32_t i = count; i-- > 0;) {
-    const Flat p = points[i];
-    const double x = point_pad(std::abs(p.x), depths[i], perspective, reach[0], reach[2]);
-    const double y = point_pad(std::abs(p.y), depths[i], perspective, reach[1], reach[2]);
+// Instead of each point the corners of the box that rounding leaves it.
+uint32_t widen(Flat* points, const SeenPoints& seen, bool perspective, const float reach[3]) {
+  for (uint32_t i = 0; i < seen.count; ++i) {
+    const Flat p{seen.at[i][0], seen.at[i][1]};
+    const double depth = seen.at[i][2];
+    const double x = point_pad(std::abs(p.x), depth, perspective, reach[0], reach[2]);
+    const double y = point_pad(std::abs(p.y), depth, perspective, reach[1], reach[2]);
     for (uint32_t k = 0; k < 4; ++k) {
       points[4 * i + k] = {(k & 1) != 0 ? p.x + x : p.x - x, (k & 2) != 0 ? p.y + y : p.y - y};
     }
   }
-  return 4 * count;
+  return 4 * seen.count;
 }
 
 int column(double x, bool up) {
@@ -57,37 +57,23 @@ int column(double x, bool up) {
 }  // namespace
 
 Outline outline_of(const ClipPoint corners[8], float near, bool perspective, const float reach[3]) {
+  const SeenPoints seen = seen_points(corners, near, perspective);
   Flat points[Outline::kMost];
-  double depths[Outline::kPoints];
-  uint32_t count = 0;
   double nearest = std::numeric_limits<double>::infinity(), farthest = 0.0;
   double sum = 0.0;  // what is not finite stays in it
-  const auto add = [&](double x, double y, double depth) {
-    const double scale = perspective ? 1.0 / depth : 1.0;
-    points[count] = {x * scale, y * scale};
-    depths[count] = depth;
-    farthest = std::max({farthest, std::abs(points[count].x), std::abs(points[count].y)});
-    sum += points[count].x + points[count].y;
-    nearest = std::min(nearest, depth);
-    ++count;
-  };
-  for (int i = 0; i < 8; ++i) {
-    const ClipPoint& a = corners[i];
-    if (!(a.depth > near)) continue;
-    add(a.x, a.y, a.depth);
-    for (int k = 0; k < 8; ++k) {
-      const ClipPoint& b = corners[k];
-      if (!(b.depth <= near)) continue;
-      const double t = (double{near} - a.depth) / (double{b.depth} - a.depth);
-      add(a.x + t * (double{b.x} - a.x), a.y + t * (double{b.y} - a.y), near);
-    }
+  for (uint32_t i = 0; i < seen.count; ++i) {
+    points[i] = {seen.at[i][0], seen.at[i][1]};
+    farthest = std::max({farthest, std::abs(points[i].x), std::abs(points[i].y)});
+    sum += points[i].x + points[i].y;
+    nearest = std::min(nearest, seen.at[i][2]);
   }
   Outline out;
-  if (count == 0 || !std::isfinite(sum)) return out;
+  if (seen.count == 0 || !std::isfinite(sum)) return out;
   const float widest = std::max(reach[0], reach[1]);
   out.pad = point_pad(farthest, nearest, perspective, widest, reach[2]);
+  uint32_t count = seen.count;
   if (out.pad > kWidePad) {
-    count = widen(points, depths, count, perspective, reach);
+    count = widen(points, seen, perspective, reach);
     out.pad = 0.0;
   }
   wrap(points, count, out);

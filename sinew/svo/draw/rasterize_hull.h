@@ -7,8 +7,7 @@ namespace sinew {
 
 // Convex, its corners in a cycle.
 struct Outline {
-  static constexpr uint32_t kPoints = 24;         // 8 corners and 16 points on the near plane
-  static constexpr uint32_t kMost = 4 * kPoints;  // each may be a box
+  static constexpr uint32_t kMost = 4 * SeenPoints::kMost;  // each may be a box
   uint32_t count = 0;
   double x[kMost], y[kMost];
   double pad = 0.0;  // pixels: rounding of points within

@@ -8,21 +8,20 @@
 namespace sinew {
 namespace {
 
-// A hull's points beyond the near plane: its corners there, and where lines between corners meet
-// the plane, its edges among them.
-struct SeenPoints {
-  static constexpr int kMost = 8 + 16;
-  double at[kMost][3];  // x and y divided by depth in perspective
-  int count = 0;
+ClipPoint lerp(const ClipPoint& a, const ClipPoint& b, float t) {
+  return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.depth + t * (b.depth - a.depth), 0.0f};
+}
 
-  void add(double x, double y, double depth, bool perspective) {
-    const double scale = perspective ? 1.0 / depth : 1.0;
-    at[count][0] = x * scale;
-    at[count][1] = y * scale;
-    at[count][2] = depth;
-    ++count;
-  }
-};
+vec4 compose(vec4 row, const Affine& placement) {
+  const glm::dvec3 direction(row);
+  const auto along = [&](int axis) {
+    return static_cast<float>(dot(direction, glm::dvec3(placement[axis])));
+  };
+  const double constant = dot(direction, glm::dvec3(placement[3])) + double{row.w};
+  return vec4(along(0), along(1), along(2), static_cast<float>(constant));
+}
+
+}  // namespace
 
 SeenPoints seen_points(const ClipPoint corners[8], float near, bool perspective) {
   SeenPoints out;
@@ -40,21 +39,6 @@ SeenPoints seen_points(const ClipPoint corners[8], float near, bool perspective)
   return out;
 }
 
-ClipPoint lerp(const ClipPoint& a, const ClipPoint& b, float t) {
-  return {a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.depth + t * (b.depth - a.depth), 0.0f};
-}
-
-vec4 compose(vec4 row, const Affine& placement) {
-  const glm::dvec3 direction(row);
-  const auto along = [&](int axis) {
-    return static_cast<float>(dot(direction, glm::dvec3(placement[axis])));
-  };
-  const double constant = dot(direction, glm::dvec3(placement[3])) + double{row.w};
-  return vec4(along(0), along(1), along(2), static_cast<float>(constant));
-}
-
-}  // namespace
-
 ClipMap map_of(const RasterView& view, const Affine& placement) {
   return {compose(view.x, placement), compose(view.y, placement), compose(view.depth, placement),
           view.near, is_perspective(view)};
@@ -70,7 +54,7 @@ ScreenBox project_hull(const ClipPoint corners[8], float near, bool perspective,
   const SeenPoints points = seen_points(corners, near, perspective);
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   double low[3] = {kInfinity, kInfinity, kInfinity}, high[3] = {-kInfinity, -kInfinity, -kInfinity};
-  for (int k = 0; k < points.count; ++k) {
+  for (uint32_t k = 0; k < points.count; ++k) {
     for (int i = 0; i < 3; ++i) {
       low[i] = std::min(low[i], points.at[k][i]);
       high[i] = std::max(high[i], points.at[k][i]);
@@ -85,7 +69,7 @@ ScreenBox project_hull(const ClipPoint corners[8], float near, bool perspective,
       high[i] += pad;
       continue;
     }
-    for (int k = 0; k < points.count; ++k) {
+    for (uint32_t k = 0; k < points.count; ++k) {
       const double at = points.at[k][i];
       const double own = point_pad(std::abs(at), points.at[k][2], perspective, reach[i], reach[2]);
       low[i] = std::min(low[i], at - own);

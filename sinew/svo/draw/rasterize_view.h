@@ -86,6 +86,23 @@ struct ScreenBox {
   bool seen() const { return near_depth <= far_depth; }
 };
 
+// A hull's points beyond the near plane: its corners there, and where lines between corners meet
+// the plane, its edges among them. x and y are divided by depth in perspective.
+struct SeenPoints {
+  static constexpr uint32_t kMost = 8 + 16;
+  double at[kMost][3];
+  uint32_t count = 0;
+
+  void add(double x, double y, double depth, bool perspective) {
+    const double scale = perspective ? 1.0 / depth : 1.0;
+    at[count][0] = x * scale;
+    at[count][1] = y * scale;
+    at[count][2] = depth;
+    ++count;
+  }
+};
+SeenPoints seen_points(const ClipPoint corners[8], float near, bool perspective);
+
 // What rounding may move a point on the screen by: at most `farthest` pixels from 0 along the axis,
 // at this depth, `reach` as in RasterBlock. The most that any point of a hull needs is added on all
 // sides; where that is much, close to the eye, each of its points has what it needs itself.

@@ -57,6 +57,10 @@ inline uint32_t key_unit(VisibilityKey key) {
 inline VoxelCode key_code(VisibilityKey key) {
   return static_cast<VoxelCode>(key & 1023);
 }
+// What names the voxel: unit and code.
+inline uint64_t key_name(VisibilityKey key) {
+  return key & ((uint64_t{1} << 37) - 1);
+}
 
 struct Visibility {
   uint32_t width = 0, height = 0;

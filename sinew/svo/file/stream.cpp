@@ -5,6 +5,7 @@
 #include <chrono>
 
 #include "sinew/base/parallel.h"
+#include "sinew/bvh/box_body.h"
 
 namespace sinew {
 namespace {
@@ -135,11 +136,7 @@ PagedSvo::~PagedSvo() {
 }
 
 void PagedSvo::request(uint32_t block, float priority) {
-  const uint32_t bits = std::bit_cast<uint32_t>(priority);  // rise with the value, if positive
-  std::atomic<uint32_t>& wanted = wanted_[block];
-  uint32_t before = wanted.load(std::memory_order_relaxed);
-  while (before < bits && !wanted.compare_exchange_weak(before, bits, std::memory_order_relaxed)) {
-  }
+  raise_wish(wanted_[block], std::bit_cast<uint32_t>(priority));  // bits rise with it, if positive
 }
 
 // Bytes that details may take.
