@@ -13,8 +13,12 @@ class LayoutMaker {
  public:
   LayoutMaker(const Tree& tree, std::span<const float> areas, std::span<const uvec3> triangles,
               uint32_t treelet_triangles)
-      : tree_(tree), areas_(areas), triangles_(triangles), limit_(treelet_triangles) {
-    count_triangles();
+      : tree_(tree),
+        areas_(areas),
+        triangles_(triangles),
+        limit_(treelet_triangles),
+        collapse_(tree) {
+    measure_subtrees();
   }
 
   Result<Bvh8Layout> run(uint32_t vertex_count) {
@@ -43,9 +47,9 @@ class LayoutMaker {
   };
   using Children = std::array<uint32_t, kWidth>;
 
-  // Triangles below every node, and what a ray that enters it pays. A stack, because trees may be
-  // deep.
-  void count_triangles() {
+  // Triangles below every node, what a ray that enters it pays, and how it collapses. A stack,
+  // because trees may be deep.
+  void measure_subtrees() {
     counts_.assign(tree_.nodes.size(), 0);
     costs_.assign(tree_.nodes.size(), 0.0f);
     std::vector<std::pair<uint32_t, bool>> stack;
@@ -57,9 +61,16 @@ class LayoutMaker {
       if (n.is_leaf()) {
         counts_[node] = n.count();
         costs_[node] = build_.intersection_cost * float((n.count() + kPacket - 1) / kPacket);
+        collapse_.add_leaf(node);
       } else if (children_done) {
         counts_[node] = counts_[n.left()] + counts_[n.right()];
         costs_[node] = build_.traversal_cost + entered(node, n.left()) + entered(node, n.right());
+        if (!is_treelet(node)) {
+          for (const uint32_t child : {n.left(), n.right()}) {
+            if (is_treelet(child)) collapse_.close(child);
+          }
+        }
+        collapse_.add_inner(node, share_of(Tree::kRoot, node));
       } else {
         stack.emplace_back(node, true);
         stack.emplace_back(n.left(), false);
@@ -68,18 +79,20 @@ class LayoutMaker {
     }
   }
 
-  // What the child costs a ray that enters its parent: a number even where areas make no sense, for
-  // children are sorted by it.
+  // How many of the rays that enter a node's box enter another within: a number from 0 to 1 even
+  // where areas make no sense.
+  float share_of(uint32_t outer, uint32_t inner) const {
+    const float share = areas_[inner] / areas_[outer];
+    return share < 1.0f ? std::max(share, 0.0f) : 1.0f;
+  }
   float entered(uint32_t parent, uint32_t child) const {
-    const float share = areas_[child] / areas_[parent];
-    return (share < 1.0f ? std::max(share, 0.0f) : 1.0f) * costs_[child];
+    return share_of(parent, child) * costs_[child];
   }
 
   // Any-hit rays take the last lane first, and most of them hit something. So what is soon done
   // stands last: a wall before the furniture.
-  template <class Closed>
-  WideChildren children_of(uint32_t node, const Closed& closed) const {
-    WideChildren children = open_children(tree_, areas_, node, closed);
+  WideChildren children_of(uint32_t node) const {
+    WideChildren children = collapse_.children_of(node);
     std::stable_sort(children.node.begin(), children.node.begin() + children.count,
                      [&](uint32_t a, uint32_t b) { return costs_[a] > costs_[b]; });
     return children;
@@ -104,8 +117,7 @@ class LayoutMaker {
     std::vector<Task> queue = {{Tree::kRoot, new_node(), 1}};
     for (size_t next = 0; next < queue.size(); ++next) {  // breadth first: parents before children
       const Task task = queue[next];
-      const WideChildren children =
-          children_of(task.tree_node, [&](uint32_t node) { return is_treelet(node); });
+      const WideChildren children = children_of(task.tree_node);
       for (uint32_t lane = 0; lane < children.count; ++lane) {
         uint32_t word;
         if (is_treelet(children.node[lane])) {
@@ -137,8 +149,7 @@ class LayoutMaker {
       for (size_t next = 0; next < queue.size(); ++next) {
         const Task task = queue[next];
         layout_.depth = std::max(layout_.depth, task.depth + 1);
-        const WideChildren children =
-            children_of(task.tree_node, [&](uint32_t node) { return is_leaf(node); });
+        const WideChildren children = children_of(task.tree_node);
         for (uint32_t lane = 0; lane < children.count; ++lane) {
           uint32_t word;
           if (is_leaf(children.node[lane])) {
@@ -210,6 +221,7 @@ class LayoutMaker {
   static constexpr BuildConfig build_{};
   std::vector<uint32_t> counts_;
   std::vector<float> costs_;
+  WideCollapse collapse_;
   std::vector<Task> treelet_roots_;  // one a treelet; wide_node unused
   static constexpr uint8_t kUnnumbered = 255;
   std::vector<uint8_t> number_;  // of every vertex, within the treelet being made
