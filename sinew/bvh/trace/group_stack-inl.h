@@ -58,10 +58,9 @@ class GroupStack<true> {
     for (size_t i = 0; i < kWidth; i += hn::Lanes(d)) {
       const auto low = hn::Load(d, rays.low + i), high = hn::Load(d, rays.high + i);
       const uint32_t bits = mask_bits(d, hn::Ne(hn::Or(low, high), hn::Zero(d)));
-      const auto some = load_mask(d, bits);
-      hn::StoreU(hn::Compress(low, some), d, low_ + top);
-      hn::StoreU(hn::Compress(high, some), d, high_ + top);
-      hn::StoreU(hn::Compress(hn::Load(d, node.child + i), some), d, word_ + top);
+      store_lanes(d, low, bits, low_ + top);
+      store_lanes(d, high, bits, high_ + top);
+      store_lanes(d, hn::Load(d, node.child + i), bits, word_ + top);
       top += static_cast<uint32_t>(__builtin_popcount(bits));
     }
   }

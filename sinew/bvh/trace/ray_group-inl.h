@@ -21,14 +21,6 @@ namespace HWY_NAMESPACE {
 constexpr uint32_t kGroup = 64;       // bits of a mask of rays
 using DG = hn::CappedTag<float, 16>;  // rays tested together
 using DGu = hn::CappedTag<uint32_t, 16>;
-using D8u = hn::CappedTag<uint32_t, 8>;
-
-template <class D>
-HWY_INLINE hn::Mask<D> load_mask(D d, uint32_t bits) {
-  uint8_t bytes[8] = {};
-  std::memcpy(bytes, &bits, sizeof(bits));
-  return hn::LoadMaskBits(d, bytes);
-}
 
 // Vectors of a group that hold rays of the mask.
 HWY_INLINE uint32_t count_vectors(uint64_t mask) {
@@ -120,6 +112,9 @@ struct alignas(64) RayGroup {
   };
   Interval near_bound[3], far_bound[3];
 
+  // What triangle tests need of each ray, as the test prepares it: see group_triangles-inl.h.
+  alignas(64) float row[2][kGroup][4];
+
   RayGroup() {}  // nothing to initialise
 
   void add(const float* o, const float* d, float least_t, float most, uint32_t index) {
@@ -190,7 +185,8 @@ struct alignas(64) RayGroup {
     object[i] = hit.object;
   }
 
-  // Once all rays are added.
+  // Once all rays are added. `Triangles` is how triangles are tested.
+  template <class Triangles>
   HWY_INLINE void prepare() {
     const DG d;
     const size_t lanes = hn::Lanes(d);
@@ -221,6 +217,7 @@ struct alignas(64) RayGroup {
       hn::Store(sz, d, shear_z + i);
       hn::Store(hn::Mul(hn::Load(d, direction[kx] + i), sz), d, shear_x + i);
       hn::Store(hn::Mul(hn::Load(d, direction[ky] + i), sz), d, shear_y + i);
+      Triangles::prepare(*this, i);
       least = hn::Min(least, hn::Load(d, t_min + i));
     }
     least_t_min = hn::GetLane(hn::MinOfLanes(d, least));
@@ -450,35 +447,6 @@ HWY_INLINE void test_boxes_singly(const Node8& node, const RayGroup& group, uint
   }
 }
 
-// What a triangle test needs of one ray of a group.
-struct GroupRay {
-  float origin[3];
-  uint32_t kx, ky, kz;
-  float shear_x, shear_y, shear_z;
-
-  GroupRay(const RayGroup& group, uint32_t i)
-      : origin{group.origin[0][i], group.origin[1][i], group.origin[2][i]},
-        kx(group.kx),
-        ky(group.ky),
-        kz(group.kz),
-        shear_x(group.shear_x[i]),
-        shear_y(group.shear_y[i]),
-        shear_z(group.shear_z[i]) {}
-};
-
-// The same for tests without guarantees.
-struct FastGroupRay {
-  float origin[3], direction[3];
-
-  FastGroupRay(const RayGroup& group, uint32_t i)
-      : origin{group.origin[0][i], group.origin[1][i], group.origin[2][i]},
-        direction{group.direction[0][i], group.direction[1][i], group.direction[2][i]} {}
-};
-HWY_INLINE void test_packet(const TrianglePacket& packet, const FastGroupRay& ray, float t_min,
-                            float t_max, float side, PacketHits& out) {
-  test_packet_fast(packet, ray, t_min, t_max, side, out);
-}
-
 // The rays of `mask` that a box entered at `entry` is not too far for.
 HWY_INLINE uint64_t still_reach(const RayGroup& group, uint64_t mask, float entry) {
   const DG d;
@@ -489,40 +457,6 @@ HWY_INLINE uint64_t still_reach(const RayGroup& group, uint64_t mask, float entr
     reach |= uint64_t{mask_bits(d, near_enough)} << i;
   }
   return mask & reach;
-}
-
-// One triangle of a packet against the rays of `mask`, some vectors of them. hit(first ray, bits,
-// t, v, w) is called for vectors with hits.
-template <class OnHit>
-HWY_INLINE void test_triangle(const TrianglePacket& packet, uint32_t lane, const RayGroup& group,
-                              uint64_t mask, float side, const OnHit& on_hit) {
-  const DG d;
-  using V = hn::Vec<DG>;
-  const V zero = hn::Zero(d);
-  for (size_t i = 0; i < group.count; i += hn::Lanes(d)) {
-    const auto part = static_cast<uint32_t>(mask >> i) & ((1u << hn::Lanes(d)) - 1u);
-    if (part == 0) continue;
-    const auto along = [&](uint32_t axis) {
-      const V origin = hn::Load(d, group.origin[axis] + i);
-      return Triple<V>{hn::Sub(hn::Set(d, packet.v[0][axis][lane]), origin),
-                       hn::Sub(hn::Set(d, packet.v[1][axis][lane]), origin),
-                       hn::Sub(hn::Set(d, packet.v[2][axis][lane]), origin)};
-    };
-    const Triple<V> z = along(group.kz);
-    const Triple<V> x = sheared(along(group.kx), hn::Load(d, group.shear_x + i), z);
-    const Triple<V> y = sheared(along(group.ky), hn::Load(d, group.shear_y + i), z);
-    Triple<V> e;
-    auto hit = test_edges(d, x, y, e);
-    if ((mask_bits(d, hit) & part) == 0) continue;
-    const V det = hn::Add(hn::Add(e.a, e.b), e.c);
-    const V t = hn::Div(scaled_distance(e, z, hn::Load(d, group.shear_z + i)), det);
-    hit = hn::And(hit, hn::Ne(det, zero));
-    hit = hn::And(
-        hit, hn::And(hn::Ge(t, hn::Load(d, group.t_min + i)), hn::Le(t, hn::Load(d, group.t + i))));
-    hit = hn::And(hit, hn::Ge(hn::Mul(det, hn::Set(d, side)), zero));
-    const uint32_t bits = mask_bits(d, hit) & part;
-    if (bits != 0) on_hit(i, bits, t, hn::Div(e.b, det), hn::Div(e.c, det));
-  }
 }
 
 }  // namespace HWY_NAMESPACE

@@ -28,6 +28,7 @@ namespace HWY_NAMESPACE {
 
 namespace hn = hwy::HWY_NAMESPACE;
 using D8 = hn::CappedTag<float, 8>;  // eight lanes, or four where registers are small
+using D8u = hn::CappedTag<uint32_t, 8>;
 using D4 = hn::FixedTag<float, 4>;
 using V4 = hn::Vec<D4>;
 
@@ -50,6 +51,38 @@ HWY_INLINE uint32_t mask_bits(D d, hn::Mask<D> mask) {
   uint32_t bits;
   std::memcpy(&bits, bytes, sizeof(bits));
   return bits & ((1u << hn::Lanes(d)) - 1u);
+}
+
+template <class D>
+HWY_INLINE hn::Mask<D> load_mask(D d, uint32_t bits) {
+  uint8_t bytes[8] = {};
+  std::memcpy(bytes, &bits, sizeof(bits));
+  return hn::LoadMaskBits(d, bytes);
+}
+
+// kPacked[bits]: which lanes are set, one after another.
+struct PackedLanes {
+  uint8_t lane[256][8] = {};
+  constexpr PackedLanes() {
+    for (uint32_t bits = 0; bits < 256; ++bits) {
+      uint32_t count = 0;
+      for (uint8_t i = 0; i < 8; ++i) {
+        if (bits >> i & 1) lane[bits][count++] = i;
+      }
+    }
+  }
+};
+inline constexpr PackedLanes kPacked;
+
+// Stores the lanes in `bits` one after another, and as many numbers as there are lanes.
+HWY_INLINE void store_lanes(D8u d, hn::Vec<D8u> v, uint32_t bits, uint32_t* to) {
+#if HWY_TARGET <= HWY_AVX3
+  hn::StoreU(hn::Compress(v, load_mask(d, bits)), d, to);
+#else  // Highway 1.0 has no fast Compress here: it copies a table every time
+  const hn::Rebind<uint8_t, D8u> bytes;
+  const auto lanes = hn::PromoteTo(d, hn::LoadU(bytes, kPacked.lane[bits]));
+  hn::StoreU(hn::TableLookupLanes(v, hn::IndicesFromVec(d, lanes)), d, to);
+#endif
 }
 
 // Rays without a direction, or with a number that is not one, meet nothing.
@@ -200,9 +233,13 @@ HWY_INLINE uint32_t test_boxes(const Node8& node, const FastSetup& ray, float t_
   return bits;
 }
 
+// A packet's hits by one ray, or by some rays with four lanes each.
+template <class D>
 struct PacketHits {
-  uint32_t bits;                       // lanes whose triangle is met within [t_min, t_max]
-  alignas(16) float t[4], v[4], w[4];  // distance; weights of the second and third corner
+  static constexpr size_t kLanes = hn::MaxLanes(D());
+  uint32_t bits;  // lanes whose triangle is met within [t_min, t_max]
+  // Distance; weights of the second and third corner.
+  alignas(4 * kLanes) float t[kLanes], v[kLanes], w[kLanes];
 };
 
 // Three corners' or edges' values, one triangle or ray a lane. Edge i is opposite corner i.
@@ -276,29 +313,51 @@ HWY_INLINE hn::Mask<D> test_edges(D d, const Triple<V>& x, const Triple<V>& y, T
   return agree;
 }
 
-// `side` is 0, or the sign that the determinant must have: 1 for front faces, -1 for back faces.
-template <class Setup>
-HWY_INLINE void test_packet(const TrianglePacket& packet, const Setup& ray, float t_min,
-                            float t_max, float side, PacketHits& out) {
+// What the watertight test needs of rays: one ray in all lanes, or some with four lanes each. They
+// share their axes.
+template <class D>
+struct WatertightRays {
+  using V = hn::Vec<D>;
+  uint32_t kx, ky, kz;
+  V x, y, z;  // of the origin, along those axes
+  V shear_x, shear_y, shear_z;
+  V t_min;
+};
+HWY_INLINE WatertightRays<D4> lanes_of(const RaySetup& ray, float t_min) {
   const D4 d;
-  const V4 zero = hn::Zero(d);
-  const auto along = [&](uint32_t axis) {
-    const V4 origin = hn::Set(d, ray.origin[axis]);
-    return Triple<V4>{hn::Sub(hn::Load(d, packet.v[0][axis]), origin),
-                      hn::Sub(hn::Load(d, packet.v[1][axis]), origin),
-                      hn::Sub(hn::Load(d, packet.v[2][axis]), origin)};
+  return {ray.kx,
+          ray.ky,
+          ray.kz,
+          hn::Set(d, ray.origin[ray.kx]),
+          hn::Set(d, ray.origin[ray.ky]),
+          hn::Set(d, ray.origin[ray.kz]),
+          hn::Set(d, ray.shear_x),
+          hn::Set(d, ray.shear_y),
+          hn::Set(d, ray.shear_z),
+          hn::Set(d, t_min)};
+}
+
+// `side` is 0, or the sign that the determinant must have: 1 for front faces, -1 for back faces.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void test_packet(D d, const TrianglePacket& packet, const WatertightRays<D>& rays,
+                            V t_max, float side, PacketHits<D>& out) {
+  const V zero = hn::Zero(d);
+  const auto along = [&](uint32_t axis, V origin) {
+    return Triple<V>{hn::Sub(hn::LoadDup128(d, packet.v[0][axis]), origin),
+                     hn::Sub(hn::LoadDup128(d, packet.v[1][axis]), origin),
+                     hn::Sub(hn::LoadDup128(d, packet.v[2][axis]), origin)};
   };
-  const Triple<V4> z = along(ray.kz);
-  const Triple<V4> x = sheared(along(ray.kx), hn::Set(d, ray.shear_x), z);
-  const Triple<V4> y = sheared(along(ray.ky), hn::Set(d, ray.shear_y), z);
-  Triple<V4> e;
+  const Triple<V> z = along(rays.kz, rays.z);
+  const Triple<V> x = sheared(along(rays.kx, rays.x), rays.shear_x, z);
+  const Triple<V> y = sheared(along(rays.ky, rays.y), rays.shear_y, z);
+  Triple<V> e;
   auto hit = test_edges(d, x, y, e);
   out.bits = 0;
   if (hn::AllFalse(d, hit)) return;
-  const V4 det = hn::Add(hn::Add(e.a, e.b), e.c);
-  const V4 t = hn::Div(scaled_distance(e, z, hn::Set(d, ray.shear_z)), det);
+  const V det = hn::Add(hn::Add(e.a, e.b), e.c);
+  const V t = hn::Div(scaled_distance(e, z, rays.shear_z), det);
   hit = hn::And(hit, hn::Ne(det, zero));
-  hit = hn::And(hit, hn::And(hn::Ge(t, hn::Set(d, t_min)), hn::Le(t, hn::Set(d, t_max))));
+  hit = hn::And(hit, hn::And(hn::Ge(t, rays.t_min), hn::Le(t, t_max)));
   hit = hn::And(hit, hn::Ge(hn::Mul(det, hn::Set(d, side)), zero));
   out.bits = mask_bits(d, hit);
   if (out.bits == 0) return;
@@ -307,57 +366,68 @@ HWY_INLINE void test_packet(const TrianglePacket& packet, const Setup& ray, floa
   hn::Store(hn::Div(e.c, det), d, out.w);
 }
 
-// Three components of four vectors.
+// Three components of vectors.
+template <class V>
 struct Rows3 {
-  V4 x, y, z;
+  V x, y, z;
 };
-HWY_INLINE Rows3 minus(const Rows3& a, const Rows3& b) {
+template <class V>
+HWY_INLINE Rows3<V> minus(const Rows3<V>& a, const Rows3<V>& b) {
   return {hn::Sub(a.x, b.x), hn::Sub(a.y, b.y), hn::Sub(a.z, b.z)};
 }
-HWY_INLINE Rows3 cross(const Rows3& a, const Rows3& b) {
+template <class V>
+HWY_INLINE Rows3<V> cross(const Rows3<V>& a, const Rows3<V>& b) {
   return {hn::MulSub(a.y, b.z, hn::Mul(a.z, b.y)), hn::MulSub(a.z, b.x, hn::Mul(a.x, b.z)),
           hn::MulSub(a.x, b.y, hn::Mul(a.y, b.x))};
 }
-HWY_INLINE V4 dot(const Rows3& a, const Rows3& b) {
+template <class V>
+HWY_INLINE V dot(const Rows3<V>& a, const Rows3<V>& b) {
   return hn::MulAdd(a.x, b.x, hn::MulAdd(a.y, b.y, hn::Mul(a.z, b.z)));
 }
 
-// T. Moller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997.
-// Differs: divides only if a lane is hit. `Setup` needs an origin and a direction.
-template <class Setup>
-HWY_INLINE void test_packet_fast(const TrianglePacket& packet, const Setup& ray, float t_min,
-                                 float t_max, float side, PacketHits& out) {
+// The same as WatertightRays, for the test without guarantees.
+template <class D>
+struct FastRays {
+  using V = hn::Vec<D>;
+  Rows3<V> origin, direction;
+  V t_min;
+};
+HWY_INLINE FastRays<D4> lanes_of(const FastSetup& ray, float t_min) {
   const D4 d;
-  const auto corner = [&](int i) {
-    return Rows3{hn::Load(d, packet.v[i][0]), hn::Load(d, packet.v[i][1]),
-                 hn::Load(d, packet.v[i][2])};
-  };
   const auto spread = [&](const float* p) {
-    return Rows3{hn::Set(d, p[0]), hn::Set(d, p[1]), hn::Set(d, p[2])};
+    return Rows3<V4>{hn::Set(d, p[0]), hn::Set(d, p[1]), hn::Set(d, p[2])};
   };
-  const Rows3 v0 = corner(0), along = spread(ray.direction);
-  const Rows3 a = minus(corner(1), v0), b = minus(corner(2), v0);
-  const Rows3 p = cross(along, b), from = minus(spread(ray.origin), v0), q = cross(from, a);
-  const V4 det = dot(a, p), zero = hn::Zero(d);
-  const V4 size = hn::Abs(det);
-  const V4 sign = hn::AndNot(size, det);  // its sign bit
-  const V4 u = hn::Xor(dot(from, p), sign), v = hn::Xor(dot(along, q), sign);
+  return {spread(ray.origin), spread(ray.direction), hn::Set(d, t_min)};
+}
+
+// T. Moller, B. Trumbore, "Fast, Minimum Storage Ray/Triangle Intersection", JGT 2(1), 1997.
+// Differs: divides only if a lane is hit.
+template <class D, class V = hn::Vec<D>>
+HWY_INLINE void test_packet(D d, const TrianglePacket& packet, const FastRays<D>& rays, V t_max,
+                            float side, PacketHits<D>& out) {
+  const auto corner = [&](int i) {
+    return Rows3<V>{hn::LoadDup128(d, packet.v[i][0]), hn::LoadDup128(d, packet.v[i][1]),
+                    hn::LoadDup128(d, packet.v[i][2])};
+  };
+  const Rows3<V> v0 = corner(0), along = rays.direction;
+  const Rows3<V> a = minus(corner(1), v0), b = minus(corner(2), v0);
+  const Rows3<V> p = cross(along, b), from = minus(rays.origin, v0), q = cross(from, a);
+  const V det = dot(a, p), zero = hn::Zero(d);
+  const V size = hn::Abs(det);
+  const V sign = hn::AndNot(size, det);  // its sign bit
+  const V u = hn::Xor(dot(from, p), sign), v = hn::Xor(dot(along, q), sign);
   auto hit = hn::And(hn::Ge(hn::Min(u, v), zero), hn::Le(hn::Add(u, v), size));
   hit = hn::And(hit, hn::Gt(size, zero));
   out.bits = 0;
   if (hn::AllFalse(d, hit)) return;
-  const V4 t = hn::Div(dot(b, q), det);
-  hit = hn::And(hit, hn::And(hn::Ge(t, hn::Set(d, t_min)), hn::Le(t, hn::Set(d, t_max))));
+  const V t = hn::Div(dot(b, q), det);
+  hit = hn::And(hit, hn::And(hn::Ge(t, rays.t_min), hn::Le(t, t_max)));
   hit = hn::And(hit, hn::Ge(hn::Mul(det, hn::Set(d, side)), zero));
   out.bits = mask_bits(d, hit);
   if (out.bits == 0) return;
   hn::Store(t, d, out.t);
   hn::Store(hn::Div(u, size), d, out.v);
   hn::Store(hn::Div(v, size), d, out.w);
-}
-HWY_INLINE void test_packet(const TrianglePacket& packet, const FastSetup& ray, float t_min,
-                            float t_max, float side, PacketHits& out) {
-  test_packet_fast(packet, ray, t_min, t_max, side, out);
 }
 
 }  // namespace HWY_NAMESPACE

@@ -91,13 +91,13 @@ HWY_INLINE uint32_t push_others(const Node8& node, const float* entry, uint32_t 
 
 // The last child in `bits` (not 0) is returned, the others are pushed. Writes up to eight entries.
 HWY_INLINE uint32_t push_others(const Node8& node, const float*, uint32_t bits, AnyEntry*& top) {
-  const hn::CappedTag<uint32_t, 8> d;
+  const D8u d;
   const auto last = static_cast<uint32_t>(31 - __builtin_clz(bits));
   const uint32_t word = node.child[last];
   bits ^= 1u << last;
   for (size_t i = 0; i < kWidth; i += hn::Lanes(d)) {
-    const auto part = static_cast<uint8_t>(bits >> i & ((1u << hn::Lanes(d)) - 1));
-    hn::StoreU(hn::Compress(hn::Load(d, node.child + i), hn::LoadMaskBits(d, &part)), d, top);
+    const uint32_t part = bits >> i & ((1u << hn::Lanes(d)) - 1);
+    store_lanes(d, hn::Load(d, node.child + i), part, top);
     top += __builtin_popcount(part);
   }
   return word;
@@ -445,10 +445,11 @@ class Traversal {
 
   HWY_INLINE bool visit_packet(const Instance& instance, const TrianglePacket& packet,
                                uint32_t index, const Setup& setup) {
-    PacketHits hits;
+    const D4 d;
+    PacketHits<D4> hits;
     counter_.packet();
     __builtin_prefetch(&instance.primitives[index]);
-    test_packet(packet, setup, ray_.t_min, best_.t, side_, hits);
+    test_packet(d, packet, lanes_of(setup, ray_.t_min), hn::Set(d, best_.t), side_, hits);
     for (uint32_t bits = hits.bits; bits != 0; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits);
       const Hit hit{hits.t[lane], hits.v[lane], hits.w[lane], instance.primitives[index][lane],
