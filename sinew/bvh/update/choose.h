@@ -25,8 +25,8 @@ struct UpdateCosts {
   double lazy = 60.0;          // derived box
   double make_hybrid = 800.0;  // inside, when a ray comes
   double make_lazy = 1600.0;   // vertices and inside, when a ray comes
-  double loose = 15.0;         // a ray, through derived boxes rather than exact ones
-  double linked = 8.0;         // a ray, through links to treelets, packing what it tests
+  double loose = 4.0;          // a ray, through derived boxes rather than exact ones
+  double linked = 5.0;         // a ray, through links to treelets, packing what it tests
 };
 
 // What became of the last pose.
