@@ -29,7 +29,7 @@ HWY_INLINE bool are_few(uint64_t rays, uint32_t per_vector = kSinglyPerVector) {
   return count <= per_vector * count_vectors(rays);
 }
 
-// `Triangles` is how those are tested: see group_triangles-inl.h.
+// `Triangles` is how triangles are tested that few rays reach: see group_triangles-inl.h.
 template <bool kAny, class Triangles = WatertightTriangles>
 class GroupTraversal {
  public:

@@ -24,9 +24,11 @@ struct FewRays {
 
   // Takes them out of the mask, which must hold some.
   HWY_INLINE explicit FewRays(uint64_t& mask) {
+    uint32_t last = 0;
     for (uint32_t& place : ray) {
       const bool more = mask != 0;
-      place = more ? static_cast<uint32_t>(__builtin_ctzll(mask)) : *(&place - 1);
+      last = more ? static_cast<uint32_t>(__builtin_ctzll(mask)) : last;
+      place = last;
       mask &= mask - more;
       count += more;
     }
@@ -60,8 +62,8 @@ HWY_INLINE hn::Vec<DG> load_each(const float* numbers, const FewRays& few) {
   return join(DG(), [&](uint32_t i) { return hn::Set(D4(), numbers[few.ray[i]]); });
 }
 
-// How triangles are tested that few rays reach: rows of rays i and following, and those rows in
-// lanes.
+// How triangles are tested that few rays reach: what becomes the rows of rays i and following, and
+// rows in lanes.
 struct WatertightTriangles {
   static HWY_INLINE void prepare(RayGroup& group, size_t i) {
     const DG d;
