@@ -179,7 +179,7 @@ std::optional<UpdateOutcome> World::Impl::outcome(const Body& body, const PosedO
   out.made = last.visited.made.load(std::memory_order_relaxed);
   if (!last.shaped || (rays == 0 && out.made == 0.0)) return std::nullopt;
   out.rays = static_cast<double>(rays);
-  out.ray_share = out.made / std::max(frame.made, 1.0);  // as its treelets are of all that are made
+  out.ray_share = out.made / std::max(frame.reached, 1.0);  // as its treelets are of all reached
   out.update_ns = last.mode == UpdateMode::lazy ? last.visited.upper_work.ns() : last.work.ns();
   out.timed = timed_treelets(last.visited);
   out.make_ns = last.visited.make_work.ns();
@@ -248,7 +248,7 @@ void World::Impl::update(uint32_t index) {
     if (!objects[id].alive || frame.objects[id].version == objects[id].version) continue;
     frame.moved.push_back(id);
   }
-  if (mode == UpdateMode::automatic) count_made(frames[shown]);
+  if (mode == UpdateMode::automatic) count_reached(frames[shown]);
   parallel_for(frame.moved.size(), 1, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) update_object(frame, other, frame.moved[i]);
   });
@@ -262,10 +262,19 @@ void World::Impl::update(uint32_t index) {
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-void World::Impl::count_made(WorldFrame& frame) const {
-  frame.made = 0.0;
+// Of an object that was updated in full nothing newer is known than what rays reached before.
+void World::Impl::count_reached(WorldFrame& frame) const {
+  frame.reached = 0.0;
   for (const Instance& instance : frame.instances) {
-    frame.made += frame.objects[instance.object].visited.made.load(std::memory_order_relaxed);
+    const PosedObject& posed = frame.objects[instance.object];
+    if (!posed.shaped) continue;
+    if (posed.mode != UpdateMode::full) {
+      frame.reached += posed.visited.made.load(std::memory_order_relaxed);
+      continue;
+    }
+    const Object& object = objects[instance.object];
+    const size_t treelets = tree_of(bodies[object.body], posed).layout.treelets.size();
+    frame.reached += double{object.history.choice.reached} * static_cast<double>(treelets);
   }
 }
 

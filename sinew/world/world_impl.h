@@ -131,7 +131,7 @@ struct WorldFrame {
   ScenePose pose;  // of prepared worlds
   UpdateStats stats;
   std::vector<ObjectId> moved;
-  double made = 0.0;  // treelets that rays made in all objects, when that was last counted
+  double reached = 0.0;  // treelets of all objects, by rays, when that was last counted
   mutable std::atomic<uint64_t> rays = 0;  // of spans, traced since the commit
   UpdateGate gate;
 };
@@ -172,7 +172,7 @@ struct World::Impl {
   void update_part(const Body& body, const Pose& pose, PosedObject& posed);
   std::optional<UpdateOutcome> outcome(const Body& body, const PosedObject& last) const;
   UpdateMode choose(ObjectId id);
-  void count_made(WorldFrame& frame) const;
+  void count_reached(WorldFrame& frame) const;
   void count_updates(WorldFrame& frame) const;
   void build_top_tree(WorldFrame& frame);
   void add_treelets(uint32_t instance, const Body& body, PosedObject& posed, WorldFrame& frame);

@@ -44,6 +44,13 @@ TEST(UpdateChoice, FollowsWhatRaysReach) {
   EXPECT_EQ(body.after(40, 0.02, 100), UpdateMode::lazy);
 }
 
+TEST(UpdateChoice, LooksTwiceAtWhatAPoseCosts) {
+  Body body;
+  EXPECT_EQ(body.next(1.0, 100), UpdateMode::lazy);
+  EXPECT_EQ(body.next(1.0, 100), UpdateMode::lazy) << "a first pose makes its memory";
+  EXPECT_EQ(body.next(1.0, 100), UpdateMode::full);
+}
+
 TEST(UpdateChoice, FollowsWhatThingsCost) {
   Body dear;  // vertices cost much: as many influences and targets do
   dear.costs = {.full = 5500, .hybrid = 5200, .make_hybrid = 700, .make_lazy = 6000};

@@ -71,7 +71,13 @@ UpdateMode choose_mode(bool derivable, const std::optional<UpdateOutcome>& last,
     if (choice.mode == UpdateMode::automatic) choice.mode = thrifty;
     return choice.mode;
   }
+  const bool known = history.seen[static_cast<size_t>(last->mode)];
   learn(*last, history);
+  if (!known && last->mode != UpdateMode::full) {
+    choice.mode = last->mode;
+    choice.why = "a second pose, to see what it costs";
+    return choice.mode;
+  }
   if (wants_trial(*last, history)) {
     history.full_frames = 0;
     history.rays = last->rays;
